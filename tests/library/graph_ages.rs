@@ -161,8 +161,8 @@ fn the_parts_of_an_age_over_a_whole_run_sum_to_it_for_every_chain() {
             assert_eq!(sum, age.mean_ns, "{name}: {age:?}");
             let apart = (age.mean_ns as f64 - figure * 1e6).abs();
             assert!(apart < 2.0, "{name}: {age:?}, measured {figure} ms");
-            let mut kinds = age.parts.iter().map(|part| part.kind);
-            assert!(kinds.all(|kind| kind != AgeKind::Before), "{age:?}");
+            let mut stages = age.parts.iter().map(|part| part.stage);
+            assert!(stages.all(|stage| stage != AgeStage::Before), "{age:?}");
         }
     }
 }
@@ -180,7 +180,7 @@ fn an_age_over_a_run_names_who_it_is_due_to_and_its_99th_percentile() {
     assert_eq!((age.mean_ns, age.p99_ns), (100_000_000, 149_000_000));
     let parts = age.parts.iter();
     let parts: Vec<_> = parts
-        .map(|part| (part.kind.name(), &*part.owner, part.ns / 1_000_000))
+        .map(|part| (part.stage.key(), &*part.owner, part.ns / 1_000_000))
         .collect();
     let expected = [
         ("hold", "/image", 45),

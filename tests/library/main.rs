@@ -25,6 +25,7 @@ mod table;
 mod approximate;
 mod architecture;
 mod by_age;
+mod causes;
 mod chance;
 #[cfg(all(target_arch = "x86_64", target_os = "linux"))]
 mod chunks;

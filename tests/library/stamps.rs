@@ -18,7 +18,8 @@ fn played(text: &str, seconds: f64) -> Played {
     let config = config(&format!("until {seconds}"));
     let experiment = Experiment::new(system, &config).expect("a graph");
     let taps = experiment.taps();
-    let topics = experiment.observer().topology().topics.into_iter();
+    let topology = experiment.observer().topology();
+    let topics = topology.topics.clone().into_iter();
     let topics = topics.filter(|topic| topic.name != CHAINS);
     let of_topics: Vec<_> = topics
         .map(|topic| (taps.rows(&topic.name, ROOM).expect("numbers"), topic.name))
@@ -34,8 +35,16 @@ fn played(text: &str, seconds: f64) -> Played {
             topic.unmatched(),
         ]
     };
-    // What a node at the end of a chain measures is of the chain.
-    let unmeasured = |tick| TickRecord { push: None, ..tick };
+    // What a node at the end of a chain measures is of the chain, and so is the place of its topic
+    // among all.
+    let place =
+        |topic: usize| topic - usize::from(topology.topic(CHAINS).is_some_and(|at| at < topic));
+    let unmeasured = |mut tick: TickRecord| {
+        let reads = tick.causes.reads.iter_mut();
+        reads.for_each(|read| read.message.topic = place(read.message.topic));
+        tick.causes.completed = tick.causes.completed.map(place);
+        TickRecord { push: None, ..tick }
+    };
     let ticks = of_nodes.iter();
     let ticks = ticks.map(|ticks| ticks.items().try_iter().map(unmeasured).collect());
     Played {

@@ -169,6 +169,12 @@ impl NodeAccount {
         self.causes.completed = (self.triggers.len() > 1).then_some(topic);
     }
 
+    /// Forgets the causes of a tick that nobody listens to.
+    pub(crate) fn forget_causes(&mut self) {
+        self.causes.reads.clear();
+        self.causes.completed = None;
+    }
+
     /// The newest tick, which had these `times`, with its causes.
     pub(crate) fn newest_tick(&mut self, times: &TickTimes) -> TickRecord {
         let push = self.push_age.in_force();

@@ -48,11 +48,10 @@ impl AccountSink {
 }
 
 impl AccountSink {
-    /// Adds a cause of the next tick of a node, if anybody listens to its ticks.
+    /// Adds a cause of the next tick of a node. It is kept although nobody may listen: a tap may come
+    /// before the tick is over.
     fn cause(&self, node: Option<usize>, add: impl FnOnce(&mut NodeAccount)) {
-        if let Some(node) = node.filter(|node| self.ticks[*node].are_any())
-            && let Some(mut account) = self.accounts.node(node)
-        {
+        if let Some(mut account) = node.and_then(|node| self.accounts.node(node)) {
             add(&mut account);
         }
     }
@@ -64,13 +63,15 @@ impl Sink for AccountSink {
             return;
         };
         account.add(record);
-        if let NodeRecord::Ticked(times) = record
-            && self.ticks[node].are_any()
-        {
-            let tick = account.newest_tick(times);
-            // The run may wait for a full tap, but not with a lock.
-            drop(account);
-            self.ticks[node].each(|listener| listener(&tick));
+        if let NodeRecord::Ticked(times) = record {
+            if self.ticks[node].are_any() {
+                let tick = account.newest_tick(times);
+                // The run may wait for a full tap, but not with a lock.
+                drop(account);
+                self.ticks[node].each(|listener| listener(&tick));
+            } else {
+                account.forget_causes();
+            }
         }
     }
 

@@ -48,7 +48,7 @@ impl<'a> Overview<'a> {
         let begins = replay.begins();
         replay.advance_to(Time::MAX);
         let (system, mut summary) = (replay.system().clone(), replay.summary());
-        summary.ages = recording.ages(&*system, &summary);
+        summary.set_ages(&*system, recording.ages(&*system, &summary));
         Self {
             begins,
             messages: recording.topics.iter().map(Rows::len).sum(),

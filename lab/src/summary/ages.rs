@@ -1,7 +1,7 @@
 //! Which node or topic makes the data old: the ages of a run and their parts.
 
 use ratelab::millis;
-use ratelab_study::experiment::{AgeKind, AgeShare, RunAge};
+use ratelab_study::experiment::{AgeShare, RunAge};
 use serde_json::{Value, json};
 
 /// The share of an age below which a part has no line of its own.
@@ -53,17 +53,8 @@ pub fn title(age: &RunAge) -> String {
 }
 
 fn words(part: &AgeShare) -> String {
-    let words = match part.kind {
-        AgeKind::Wait => "waiting for",
-        AgeKind::Cost => "in",
-        AgeKind::Link => "on",
-        AgeKind::Queue => "in the queue of",
-        AgeKind::Match => "waiting for a match on",
-        AgeKind::Executor => "waiting for the executor of",
-        AgeKind::Hold => "until a newer message on",
-        AgeKind::Before => "before what is known",
-    };
-    format!("{words} {}", part.owner).trim_end().to_owned()
+    let words = format!("{} {}", part.stage.title(), part.owner);
+    words.trim_end().to_owned()
 }
 
 /// An age in milliseconds, to the nanosecond.
@@ -83,7 +74,7 @@ pub fn json(ages: &[RunAge]) -> Value {
         let parts = age.parts.iter();
         let parts = parts.map(|part| {
             json!({
-                "kind": part.kind.name(),
+                "kind": part.stage.key(),
                 "of": part.owner,
                 "ms": in_ms(part.ns),
                 "ns": part.ns,

@@ -1,13 +1,13 @@
 //! The ages of the runs of a sweep and their parts, as columns.
 
-use ratelab_study::experiment::{AgeKind, RunAge, sweep::CellResult};
+use ratelab_study::experiment::{RunAge, sweep::CellResult};
 
 /// The mean of an age, or of one of its parts.
 #[derive(Clone, PartialEq)]
 pub struct PartColumn {
     chain: Option<&'static str>,
     /// What it is, and whose; `None` for the age itself.
-    part: Option<(AgeKind, String)>,
+    part: Option<(&'static str, String)>,
 }
 
 /// The columns of all `results`: those of an age side by side, in the order of their first
@@ -15,7 +15,9 @@ pub struct PartColumn {
 pub fn of<'r>(results: impl Iterator<Item = &'r CellResult>) -> Vec<PartColumn> {
     let mut columns: Vec<PartColumn> = Vec::new();
     for RunAge { chain, parts, .. } in results.flat_map(|result| &result.ages) {
-        let parts = parts.iter().map(|part| (part.kind, part.owner.clone()));
+        let parts = parts
+            .iter()
+            .map(|part| (part.stage.key(), part.owner.clone()));
         for part in [None].into_iter().chain(parts.map(Some)) {
             let chain = *chain;
             let column = PartColumn { chain, part };
@@ -34,7 +36,7 @@ impl PartColumn {
         let chain = self.chain.unwrap_or("push");
         match &self.part {
             None => format!("{chain} age ms"),
-            Some((kind, owner)) => format!("{chain} {} {owner} ms", kind.name()),
+            Some((key, owner)) => format!("{chain} {key} {owner} ms"),
         }
     }
 
@@ -43,9 +45,9 @@ impl PartColumn {
         let age = result.ages.iter().find(|age| age.chain == self.chain)?;
         let ns = match &self.part {
             None => age.mean_ns,
-            Some((kind, owner)) => {
+            Some((key, owner)) => {
                 let mut parts = age.parts.iter();
-                let part = parts.find(|part| part.kind == *kind && part.owner == *owner);
+                let part = parts.find(|part| part.is(key, owner));
                 part.map_or(0, |part| part.ns)
             }
         };

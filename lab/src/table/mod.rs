@@ -122,7 +122,7 @@ fn age_rows(age: &RunAge) -> Vec<Vec<String>> {
         words.into_iter().chain([milliseconds(ns)]).collect()
     };
     let parts = age.parts.iter();
-    let parts = parts.map(|part| row(part.kind.name(), &part.owner, part.ns));
+    let parts = parts.map(|part| row(part.stage.key(), &part.owner, part.ns));
     [row("all", "", age.mean_ns)]
         .into_iter()
         .chain(parts)

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use ratelab::{MessageId, Time, Topology};
 
-use super::{DataWay, Lineage, sensing_of};
+use super::{DataWay, Lineage, TracedTick, sensing_of};
 
 /// Maximum number of messages in a chain.
 pub(super) const MOST_HOPS: usize = 64;
@@ -88,6 +88,36 @@ impl AgeStage {
             | Self::Reuse { topic, .. }
             | Self::Held { topic, .. }
             | Self::Link { topic } => &topology.topics[topic].name,
+        }
+    }
+}
+
+impl AgeStage {
+    /// Its name in JSON and tables.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Before => "before",
+            Self::Wait { .. } | Self::Kept { .. } => "wait",
+            Self::Match { .. } => "match",
+            Self::Executor { .. } => "executor",
+            Self::Queue { .. } => "queue",
+            Self::Reuse { .. } | Self::Held { .. } => "hold",
+            Self::Cost { .. } => "cost",
+            Self::Link { .. } => "link",
+        }
+    }
+
+    /// Its name in a report, to be followed by its owner.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Before => "before what is known",
+            Self::Wait { .. } | Self::Kept { .. } => "waiting for",
+            Self::Match { .. } => "waiting for a match on",
+            Self::Executor { .. } => "waiting for the executor of",
+            Self::Queue { .. } => "in the queue of",
+            Self::Reuse { .. } | Self::Held { .. } => "until a newer message on",
+            Self::Cost { .. } => "in",
+            Self::Link { .. } => "on",
         }
     }
 }
@@ -223,13 +253,21 @@ impl Lineage {
         parts.add(AgeStage::Reuse { topic, node }, at(first_read), at(index));
     }
 
-    /// The topic whose message completed the set of a tick, where a message of this `topic` is in
-    /// that set; `None` for a node that does not tick on sets.
+    /// The topic that a message of this `topic` waited for in the set of a tick: the one whose message
+    /// completed the set; of messages that came at once another one. `None` for a node that does not
+    /// tick on sets.
     pub(super) fn waited_for(&self, node: usize, index: usize, topic: usize) -> Option<usize> {
         let triggers = &self.topology.nodes[node].triggers;
+        let TracedTick { tick, reads, .. } = &self.nodes[node].ticks[index];
         let meets = triggers.len() > 1 && triggers.contains(&topic);
-        let completed = self.nodes[node].ticks[index].tick.causes.completed;
-        completed.filter(|_| meets)
+        let completed = tick.causes.completed.filter(|_| meets)?;
+        let last = |read: &&MessageId| {
+            let arrives = self.head(**read).and_then(|sent| sent.arrives);
+            triggers.contains(&read.topic) && arrives == Some(tick.due())
+        };
+        let others = reads.iter().filter(|read| read.topic != topic).find(last);
+        let tie = others.filter(|_| completed == topic);
+        Some(tie.map_or(completed, |read| read.topic))
     }
 
     /// The release of a tick: before its start where the node has an executor.

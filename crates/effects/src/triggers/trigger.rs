@@ -16,8 +16,8 @@ pub(crate) struct Trigger {
     matcher: Matcher,
     /// The sets that the last message completed, but for those that were used.
     sets: VecDeque<Choice>,
-    /// Run time of the delivery of that message.
-    completed: Time,
+    /// The input with that message, and the run time of its delivery.
+    last: (usize, Time),
     /// The input whose turn it is.
     turn: usize,
 }
@@ -29,7 +29,7 @@ impl Trigger {
             inputs,
             matching,
             sets: VecDeque::new(),
-            completed: Time::ZERO,
+            last: (0, Time::ZERO),
             turn: 0,
         }
     }
@@ -61,7 +61,7 @@ impl Trigger {
     /// has sets, else the oldest on any input.
     pub(crate) fn oldest(&self, now: Time) -> Option<Time> {
         if self.has_sets() {
-            return Some(self.completed);
+            return Some(self.last.1);
         }
         let inputs = self.inputs.iter();
         inputs.filter_map(|input| input.oldest(now)).min()
@@ -77,7 +77,7 @@ impl Trigger {
     pub(crate) fn take_from(&mut self, input: usize, now: Time) -> Option<Time> {
         let taken = self.inputs.get_mut(input)?.take(now)?;
         self.matcher.add(input, taken, &mut self.sets);
-        self.completed = taken.arrived;
+        self.last = (input, taken.arrived);
         self.next_set()
     }
 
@@ -91,7 +91,7 @@ impl Trigger {
             let waiting = self.sets.front().map(|set| set[index]);
             input.forget_before(waiting.or_else(|| self.matcher.needs_from(index)));
         }
-        choice.map(|_| self.completed)
+        choice.map(|_| self.last.1)
     }
 
     /// Goes on with the last message if it has sets; else takes messages, one of each input in

@@ -35,7 +35,7 @@ impl Recording {
     pub fn ages(&self, system: &dyn System, summary: &Summary) -> Vec<RunAge> {
         let lost = self.outcome.as_ref().map_or(0, |outcome| outcome.lost);
         match lost {
-            0 => RunAges::new(system, self.lineage()).finish(system, summary),
+            0 => RunAges::new(system, self.lineage()).finish(summary.sim_time, &summary.nodes),
             _ => Vec::new(),
         }
     }

@@ -47,7 +47,12 @@ impl RecordRow for Head {
         // The tick that published it, and the message that the node derived it from, where it
         // names one.
         Column::new("by_node", "node that published it", RareCount),
-        Column::new("by_tick", "tick that published it", RareCount),
+        // Less its own number: of a node that publishes in each tick always the same.
+        Column::new(
+            "by_tick",
+            "tick that published it, less its own number",
+            RareCount,
+        ),
         Column::new("from_topic", "topic that it was derived from", RareCount),
         Column::new("from_seq", "message that it was derived from", RareCount),
     ];
@@ -77,7 +82,7 @@ impl RecordRow for Head {
             self.origin.map(Time::as_nanos),
             self.arrives.map(Time::as_nanos),
             self.by.map(|by| by.node as u64),
-            self.by.map(|by| by.number),
+            self.by.map(|by| by.number.wrapping_sub(self.seq)),
             self.from.map(|from| from.topic as u64),
             self.from.map(|from| from.seq),
         ]
@@ -107,7 +112,7 @@ impl RecordRow for Head {
         };
         let by = node.zip(tick).map(|(node, number)| TickId {
             node: node as usize,
-            number,
+            number: number.wrapping_add(seq.unwrap_or_default()),
         });
         let derived = topic.zip(from).map(|(topic, seq)| MessageId {
             topic: topic as usize,
@@ -143,8 +148,8 @@ impl RecordRow for TickRecord {
         // The topic whose message completed the set that it is for.
         Column::new("completed_by", "topic that completed its set", RareCount),
     ];
-    // Four numbers for each message that it read: topic, sequence number, place of the reader, and
-    // how many newer ones were there.
+    // Four numbers for each message that it read: topic, sequence number less that of the tick, place
+    // of the reader, and how many newer ones were there.
     const LIST: Option<ListColumn> = Some(ListColumn {
         name: "reads",
         what: "what it read",
@@ -184,7 +189,8 @@ impl RecordRow for TickRecord {
         let reads = self.causes.reads.iter().flat_map(|read| {
             let MessageId { topic, seq } = read.message;
             let newer = read.newest.saturating_sub(seq);
-            [topic as u64, seq, read.reader as u64, newer]
+            let apart = seq.wrapping_sub(self.number);
+            [topic as u64, apart, read.reader as u64, newer]
         });
         reads.collect()
     }
@@ -222,7 +228,7 @@ impl RecordRow for TickRecord {
             overruns: overruns?,
             push,
             causes: TickCauses {
-                reads: reads_in(list)?,
+                reads: reads_in(list, number?)?,
                 completed: completed.map(|topic| topic as usize),
             },
         };
@@ -230,18 +236,21 @@ impl RecordRow for TickRecord {
     }
 }
 
-/// The reads in a list; `None` if it has a part of one.
-fn reads_in(list: &[u64]) -> Option<Vec<TopicRead>> {
+/// The reads in the list of a tick; `None` if it has a part of one.
+fn reads_in(list: &[u64], tick: u64) -> Option<Vec<TopicRead>> {
     let (reads, []) = list.as_chunks::<4>() else {
         return None;
     };
-    let reads = reads.iter().map(|[topic, seq, reader, newer]| TopicRead {
-        message: MessageId {
-            topic: *topic as usize,
-            seq: *seq,
-        },
-        reader: *reader as usize,
-        newest: seq.saturating_add(*newer),
+    let reads = reads.iter().map(|[topic, apart, reader, newer]| {
+        let seq = tick.wrapping_add(*apart);
+        TopicRead {
+            message: MessageId {
+                topic: *topic as usize,
+                seq,
+            },
+            reader: *reader as usize,
+            newest: seq.saturating_add(*newer),
+        }
     });
     Some(reads.collect())
 }

@@ -150,7 +150,7 @@ fn a_run_of_any_system_is_read_as_it_was_and_comes_again() {
     let (recording, _) = recorded();
     assert_eq!(recording.defect(), None);
     assert_eq!(recording.origin.config, config());
-    assert_eq!(recording.origin.format, 2);
+    assert_eq!(recording.origin.format, 3);
     assert_eq!(recording.origin.system, "ball");
     assert_eq!(recording.origin.engine, None, "no MuJoCo in it");
     let falls = recording.messages::<Fall>("/the ball/fall");

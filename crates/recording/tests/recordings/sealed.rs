@@ -93,7 +93,10 @@ impl Sealer {
         } = *head;
         self.numbers([seq, at.as_nanos(), stamp.as_nanos(), dropped]);
         self.rare([origin, arrives].map(|time| time.map(Time::as_nanos)));
-        self.rare([by.map(|by| by.node as u64), by.map(|by| by.number)]);
+        self.rare([
+            by.map(|by| by.node as u64),
+            by.map(|by| by.number.wrapping_sub(seq)),
+        ]);
         self.rare([
             from.map(|from| from.topic as u64),
             from.map(|from| from.seq),
@@ -113,7 +116,8 @@ impl Sealer {
         self.numbers([4 * reads.len() as u64]);
         for read in reads {
             let MessageId { topic, seq } = read.message;
-            self.numbers([topic as u64, seq, read.reader as u64, read.newest - seq]);
+            let apart = seq.wrapping_sub(tick.number);
+            self.numbers([topic as u64, apart, read.reader as u64, read.newest - seq]);
         }
     }
 }

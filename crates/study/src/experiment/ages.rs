@@ -3,9 +3,9 @@
 use std::thread::{self, JoinHandle};
 
 use ratelab::{Time, Topology};
-use ratelab_account::{Lineage, RunRow};
+use ratelab_account::{AgeStage, Lineage, NodeAccount, RunRow};
 
-use super::{AgeKind, Experiment, Summary, over_time::AgeOverTime};
+use super::{Experiment, over_time::AgeOverTime};
 use crate::system::System;
 
 /// Number of messages and ticks that may wait to be counted.
@@ -19,7 +19,7 @@ const KEPT: usize = 1 << 14;
 
 /// By how much two means of one age may differ (ns): what a run measures is in milliseconds, as a
 /// double.
-const ROUNDING: i64 = 1_000;
+const ROUNDING: u64 = 1_000;
 
 /// An age of a run, over run time: that of the data at the end of a chain, or of the push.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,8 +42,8 @@ pub struct RunAge {
 /// A part of an age.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AgeShare {
-    /// What it is.
-    pub kind: AgeKind,
+    /// What it is; of stages with one name the first.
+    pub stage: AgeStage,
     /// The node or topic that it is due to; empty for one before what is known.
     pub owner: String,
     /// Its mean over run time (ns).
@@ -78,16 +78,22 @@ impl RunAges {
             let mut chains = chains.iter();
             !chains.any(|chain| (chain.last(), chain.name()) == (*node, *meter))
         });
-        let push = acts.map(|(node, _)| (None, node, &[][..]));
-        let ways = push.into_iter().chain(ends);
-        let ways = ways.filter_map(|(chain, node, topics)| {
-            Some(AgeWay {
-                chain,
-                node: lineage.topology().node(node)?,
-                topics,
-                until: Time::ZERO,
-                ages: AgeOverTime::default(),
-            })
+        let topology = lineage.topology();
+        let pushes: Vec<usize> = match acts {
+            Some((node, _)) => topology.node(node).into_iter().collect(),
+            // A graph of the library does not say who acts: those that push.
+            None if chains.is_empty() => (0..topology.nodes.len()).collect(),
+            None => Vec::new(),
+        };
+        let pushes = pushes.into_iter().map(|node| (None, node, &[][..]));
+        let ends =
+            ends.filter_map(|(chain, node, topics)| Some((chain, topology.node(node)?, topics)));
+        let ways = pushes.chain(ends).map(|(chain, node, topics)| AgeWay {
+            chain,
+            node,
+            topics,
+            until: Time::ZERO,
+            ages: AgeOverTime::default(),
         });
         Self {
             ways: ways.collect(),
@@ -111,37 +117,36 @@ impl RunAges {
         }
     }
 
-    /// The ages of a run of `system` with this `summary`; those that nothing tells are left out.
-    pub fn finish(mut self, system: &dyn System, summary: &Summary) -> Vec<RunAge> {
+    /// The ages of the run, which ended at run time `end` with these `nodes`; those that nothing
+    /// tells are left out.
+    pub fn finish(mut self, end: Time, nodes: &[NodeAccount]) -> Vec<RunAge> {
         self.lineage.settle();
-        self.advance(Some(summary.sim_time));
+        self.advance(Some(end));
         let topology = self.lineage.topology();
         let pushed = |node: usize| {
             let name = &*topology.nodes[node].name;
-            let mut acting = summary
-                .nodes
-                .iter()
-                .filter(|node| node.push_age.saw().is_some());
+            let mut acting = nodes.iter().filter(|node| node.push_age.saw().is_some());
             acting.any(|node| *node.name == *name)
         };
         let ways = self.ways.iter();
         let ways = ways.filter(|way| way.chain.is_some() || pushed(way.node));
-        let ages = ways.filter_map(|way| way.age(topology));
-        ages.map(|age| age.checked(system, summary)).collect()
+        ways.filter_map(|way| way.age(topology)).collect()
+    }
+}
+
+impl AgeShare {
+    /// Whether it has this name in tables, and this owner.
+    pub fn is(&self, key: &str, owner: &str) -> bool {
+        self.stage.key() == key && self.owner == owner
     }
 }
 
 impl RunAge {
-    /// This age, without its parts if they do not sum to what the run measured.
-    fn checked(self, system: &dyn System, summary: &Summary) -> Self {
-        let chains = system.about().chains;
-        let own = |name| chains.iter().find(|chain| chain.name() == name);
-        let measured = match self.chain {
-            Some(name) => own(name).and_then(|own| own.mean_ms(summary.sim_time, &summary.chains)),
-            None => summary.push_age().map(|age| age.run_s * 1e3),
-        };
+    /// This age, without its parts if they do not sum to the mean that the run `measured` (ms).
+    #[must_use]
+    pub(super) fn checked(self, measured: Option<f64>) -> Self {
         let measured = measured.map(|ms| (ms * 1e6).round() as i64);
-        match measured.filter(|ns| ns.abs_diff(self.mean_ns) > ROUNDING.unsigned_abs()) {
+        match measured.filter(|ns| ns.abs_diff(self.mean_ns) > ROUNDING) {
             Some(ns) => Self {
                 parts: Vec::new(),
                 apart_from_ns: Some(ns),
@@ -156,12 +161,12 @@ impl AgeWay {
     fn age(&self, topology: &Topology) -> Option<RunAge> {
         let mut parts: Vec<AgeShare> = Vec::new();
         for (stage, ns) in self.ages.parts() {
-            let (kind, owner) = (AgeKind::of(stage), stage.owner(topology));
+            let owner = stage.owner(topology);
             let mut known = parts.iter_mut();
-            match known.find(|part| (part.kind, &*part.owner) == (kind, owner)) {
+            match known.find(|part| part.is(stage.key(), owner)) {
                 Some(part) => part.ns += ns,
                 None => parts.push(AgeShare {
-                    kind,
+                    stage,
                     owner: owner.to_owned(),
                     ns,
                 }),
@@ -214,8 +219,8 @@ impl AgeWatch {
     }
 
     /// Waits for the end of the run, as [`RunAges::finish`]; no ages if rows came too fast.
-    pub(super) fn finish(self, system: &dyn System, summary: &Summary) -> Vec<RunAge> {
+    pub(super) fn finish(self, end: Time, nodes: &[NodeAccount]) -> Vec<RunAge> {
         let ages = self.0.join().ok().flatten();
-        ages.map_or_else(Vec::new, |ages| ages.finish(system, summary))
+        ages.map_or_else(Vec::new, |ages| ages.finish(end, nodes))
     }
 }

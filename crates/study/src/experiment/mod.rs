@@ -17,7 +17,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod age_kind;
 mod ages;
 mod config;
 pub mod hunt;
@@ -44,7 +43,6 @@ use ratelab_account::{Observer, Rows, TapHandle};
 use ratelab_real_clock::RealClock;
 use ratelab_replay::RunLog;
 
-pub use age_kind::AgeKind;
 use ages::AgeWatch;
 pub use ages::{AgeShare, RunAge, RunAges};
 pub use config::Config;
@@ -317,7 +315,8 @@ impl Experiment {
         };
         let mut summary = summary.observed(system, &observer);
         let ages = self.ages;
-        summary.ages = ages.map_or_else(Vec::new, |ages| ages.finish(system, &summary));
+        let ages = ages.map(|ages| ages.finish(summary.sim_time, &summary.nodes));
+        summary.set_ages(system, ages.unwrap_or_default());
         Ok(summary)
     }
 }

@@ -71,6 +71,27 @@ impl Summary {
         means.next()
     }
 
+    /// Sets the ages of the run of `system`. Those whose parts do not sum to what the run measured
+    /// itself have none.
+    pub fn set_ages(&mut self, system: &dyn System, ages: Vec<RunAge>) {
+        let chains = system.about().chains;
+        let measured = |age: &RunAge| match age.chain {
+            Some(name) => {
+                let chain = chains.iter().find(|chain| chain.name() == name)?;
+                chain.mean_ms(self.sim_time, &self.chains)
+            }
+            None => {
+                let pushes = self.node(&age.node)?.push_age.saw()?;
+                pushes.mean_s(self.sim_time).map(|seconds| seconds * 1e3)
+            }
+        };
+        let ages = ages.into_iter().map(|age| {
+            let measured = measured(&age);
+            age.checked(measured)
+        });
+        self.ages = ages.collect();
+    }
+
     /// The nodes that never ticked, and the topics without a message.
     pub fn silence(&self) -> Silence<'_> {
         let idle = self.nodes.iter().filter(|node| node.ticks == 0);

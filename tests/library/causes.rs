@@ -1,0 +1,345 @@
+//! The age of data is what the records say: the parts, what the chain itself measured, and the records
+//! followed by hand are one number.
+
+use proptest::{prelude::*, sample::Index};
+
+use crate::support::*;
+
+/// Two sensors that trigger a node, in an executor that another node keeps busy.
+const TWO_TRIGGERS: &str = "
+    name = 'two-triggers'
+    node.a = { rate = 50, publishes = ['/a'] }
+    node.b = { rate = 10, offset = 35, publishes = ['/b'] }
+    node.sync = { trigger = ['/a', '/b'], match = 'each', publishes = ['/pair'] }
+    node.load = { rate = 5, takes = 150 }
+    executor.one = { kind = 'KIND', nodes = ['sync', 'load'] }
+    chain.c = { path = ['a', '/a', 'sync', '/pair'] }
+";
+
+/// A subscription without a cost and a timer in one executor.
+const NO_COST: &str = "
+    name = 'no-cost'
+    node.a = { rate = 100, publishes = ['/a'] }
+    node.b = { trigger = ['/a'], publishes = ['/b'] }
+    node.c = { rate = 100, reads = ['/b'], publishes = ['/c'] }
+    executor.e = { kind = 'KIND', nodes = ['b', 'c'] }
+    chain.c = { path = ['a', '/a', 'b', '/b', 'c', '/c'] }
+";
+
+/// A sensor whose clock is wrong by OFFSET, matched by stamp with one that is right.
+const WRONG_CLOCK: &str = "
+    name = 'wrong-clock'
+    node.imu = { rate = 100, publishes = ['/imu'] }
+    node.vision = { rate = 20, stamp_clock = 'OFFSET 0', publishes = ['/vision'] }
+    node.fuse = { trigger = ['/imu', '/vision'], match = 'exact:50', publishes = ['/pose'] }
+    chain.imu = { path = ['imu', '/imu', 'fuse', '/pose'] }
+    chain.vision = { path = ['vision', '/vision', 'fuse', '/pose'] }
+";
+
+/// One exposure on two topics: the planner works on one, and the other comes late.
+const ONE_EXPOSURE: &str = "
+    name = 'one-exposure'
+    node.camera = { rate = 10, publishes = ['/a', '/b'] }
+    node.planner = { rate = 100, reads = ['/b', '/a'], publishes = ['/act'] }
+    node.motor = { rate = 100, reads = ['/act'], publishes = ['/done'] }
+    topic.'/b'.link = 'delay:60'
+    chain.used = { path = ['camera', '/a', 'planner', '/act', 'motor', '/done'] }
+";
+
+/// The mean of an age and its largest part, as `run` has them.
+fn told(text: &str, chain: &str) -> (f64, &'static str, String) {
+    let system = graph_system(text).unwrap_or_else(|error| panic!("{error}: {text}"));
+    let mut experiment = Experiment::new(system, &config("until 20")).expect("a graph");
+    experiment.watch_ages();
+    let summary = experiment.run().expect("no fault");
+    let age = summary.ages.iter().find(|age| age.chain == Some(chain));
+    let age = age.unwrap_or_else(|| panic!("no age of {chain}: {text}"));
+    assert_eq!(age.apart_from_ns, None, "{age:?}\n{text}");
+    let largest = age.parts.first().expect("a part");
+    let mean = (age.mean_ns as f64 / 1e5).round() / 10.0;
+    (mean, largest.stage.key(), largest.owner.clone())
+}
+
+#[test]
+fn ages_that_were_worked_out_by_hand() {
+    let clocks = |offset: &str| WRONG_CLOCK.replace("OFFSET", offset);
+    let kinds = |text: &str, kind: &str| text.replace("KIND", kind);
+    for (text, chain, mean, kind, owner) in [
+        // 10 ms at the tick and 100 ms until the next one, which load puts off every second time.
+        (kinds(TWO_TRIGGERS, "single"), "c", 109.7, "match", "/b"),
+        (kinds(TWO_TRIGGERS, "events"), "c", 109.7, "match", "/b"),
+        // The timer comes first, and reads what came 10 ms before.
+        (kinds(NO_COST, "single"), "c", 15.0, "wait", "c"),
+        (kinds(NO_COST, "events"), "c", 15.0, "wait", "c"),
+        // The timer is as urgent as its place in the file: behind the subscription.
+        (kinds(NO_COST, "fixed-priority:1"), "c", 5.0, "hold", "/b"),
+        // A stamp of the vision is 175 ms behind: its partner waits for it so long.
+        (clocks("0"), "imu", 25.0, "match", "/vision"),
+        (clocks("-170"), "imu", 195.0, "match", "/vision"),
+        (clocks("-170"), "vision", 25.0, "hold", "/vision"),
+        // Held for 45 ms in the planner's topic, then for 5 ms at the motor.
+        (ONE_EXPOSURE.to_owned(), "used", 50.0, "hold", "/a"),
+    ] {
+        let (told, of, whose) = told(&text, chain);
+        assert_eq!((of, &*whose), (kind, owner), "{told} ms: {text}");
+        // A clock that is behind stamps zero before zero: so its run begins otherwise.
+        assert!((told - mean).abs() <= 1.0, "{told} ms for {mean}: {text}");
+    }
+}
+
+/// A node of a random graph.
+#[derive(Clone, Debug)]
+struct RandomNode {
+    settings: &'static str,
+    rate: &'static str,
+    matching: &'static str,
+    triggers: Vec<Index>,
+    reads: Vec<Index>,
+    executed: bool,
+}
+
+/// Settings of any node.
+const SETTINGS: [&str; 6] = [
+    "takes = 5",
+    "takes = '2..30'",
+    "takes = 'lognormal:8,20'",
+    "clock = '-4 20'",
+    "takes = 0.1",
+    "",
+];
+
+const RATES: [&str; 5] = [
+    "rate = 5",
+    "rate = 20\noffset = 3",
+    "rate = 30",
+    "rate = 100",
+    "rate = 7.5",
+];
+
+const MATCHES: [&str; 3] = ["each", "exact:5", "approximate:5"];
+
+/// What lies on a topic.
+const TOPICS: [&str; 7] = [
+    "",
+    "",
+    "depth = 5",
+    "depth = 3\nread = 'oldest'",
+    "link = 'delay:3..20'",
+    "link = 'delay:5..40,in-order,loss:0.1'\ndepth = 2",
+    "link = 'delay:10,burst:0.05,3'",
+];
+
+const KINDS: [&str; 6] = [
+    "single",
+    "events",
+    "multi:2",
+    "fixed-priority:1",
+    "edf:1",
+    "",
+];
+
+fn random_node() -> impl Strategy<Value = RandomNode> {
+    let inputs = || prop::collection::vec(any::<Index>(), 0..3);
+    let select = prop::sample::select::<&'static str>;
+    (
+        select(SETTINGS.to_vec()),
+        select(RATES.to_vec()),
+        select(MATCHES.to_vec()),
+        (inputs(), inputs()),
+        any::<bool>(),
+    )
+        .prop_map(
+            |(settings, rate, matching, (triggers, reads), executed)| RandomNode {
+                settings,
+                rate,
+                matching,
+                triggers,
+                reads,
+                executed,
+            },
+        )
+}
+
+/// The topics before node `number`, of which these are picked.
+fn picked(number: usize, of: &[Index]) -> Vec<usize> {
+    let mut picked: Vec<usize> = match number {
+        0 => Vec::new(),
+        before => of.iter().map(|index| index.index(before)).collect(),
+    };
+    picked.sort_unstable();
+    picked.dedup();
+    picked
+}
+
+/// The topics that trigger node `number`, and those that it reads.
+fn inputs(number: usize, node: &RandomNode) -> [Vec<usize>; 2] {
+    let triggers = picked(number, &node.triggers);
+    let mut reads = picked(number, &node.reads);
+    reads.retain(|read| !triggers.contains(read));
+    if triggers.is_empty() && reads.is_empty() && number > 0 {
+        reads.push(number - 1);
+    }
+    [triggers, reads]
+}
+
+/// The graph file of these nodes with one chain: back from the last node, by `way` where it has a
+/// choice. Returns the numbers of the nodes on it, the last one first.
+fn graph_of(
+    nodes: &[RandomNode],
+    topics: &[&str],
+    kind: &str,
+    way: &[Index],
+) -> (String, Vec<usize>) {
+    let mut text = "name = 'random'\n".to_owned();
+    let list = |of: &[usize]| {
+        let names: Vec<String> = of.iter().map(|of| format!("'/t{of}'")).collect();
+        names.join(", ")
+    };
+    let all: Vec<[Vec<usize>; 2]> = (0..).zip(nodes).map(|(n, node)| inputs(n, node)).collect();
+    let mut executed = Vec::new();
+    for (number, (node, [triggers, reads])) in nodes.iter().zip(&all).enumerate() {
+        text += &format!(
+            "[node.n{number}]\npublishes = ['/t{number}']\n{}\n",
+            node.settings
+        );
+        text += &match triggers.len() {
+            0 => format!("{}\n", node.rate),
+            1 => format!("trigger = [{}]\n", list(triggers)),
+            _ => format!(
+                "trigger = [{}]\nmatch = '{}'\n",
+                list(triggers),
+                node.matching
+            ),
+        };
+        if !reads.is_empty() {
+            text += &format!("reads = [{}]\n", list(reads));
+        }
+        if kind.starts_with("edf") && !triggers.is_empty() && node.executed {
+            text += "deadline_ms = 50\n";
+        }
+        if node.executed {
+            executed.push(format!("'n{number}'"));
+        }
+    }
+    for (topic, settings) in topics.iter().enumerate() {
+        if all.iter().flatten().any(|inputs| inputs.contains(&topic)) && !settings.is_empty() {
+            text += &format!("[topic.'/t{topic}']\n{settings}\n");
+        }
+    }
+    if executed.len() > 1 && !kind.is_empty() {
+        let nodes = executed.join(", ");
+        text += &format!("[executor.one]\nkind = '{kind}'\nnodes = [{nodes}]\n");
+    }
+    let mut path = vec![nodes.len() - 1];
+    for choice in way {
+        let before = all[path[path.len() - 1]].concat();
+        if !before.is_empty() {
+            path.push(before[choice.index(before.len())]);
+        }
+    }
+    let names = path
+        .iter()
+        .rev()
+        .map(|node| format!("'n{node}', '/t{node}'"));
+    let names: Vec<String> = names.collect();
+    text += &format!("[chain.c]\npath = [{}]\n", names.join(", "));
+    (text, path)
+}
+
+/// The ticks of all nodes and the messages of all topics, whose indices are those of their nodes.
+struct Records {
+    ticks: Vec<Vec<TickRecord>>,
+    heads: Vec<Vec<Head>>,
+}
+
+impl Records {
+    /// When the data began that tick `number` of the node at the end of `path` stands for; `None` if
+    /// none had come.
+    fn began(&self, path: &[usize], number: u64) -> Option<Time> {
+        let mut tick = TickId {
+            node: path[0],
+            number,
+        };
+        for topic in &path[1..] {
+            let mut before = self.ticks[tick.node].iter().rev();
+            let read = before.find_map(|known| {
+                let mut reads = known.causes.reads.iter().rev();
+                let read = reads.find(|read| read.message.topic == *topic)?;
+                (known.number <= tick.number).then_some(read.message.seq)
+            })?;
+            tick = self.heads[*topic][read as usize].by.expect("a tick");
+        }
+        Some(self.ticks[tick.node][tick.number as usize].at)
+    }
+}
+
+/// Checks the run of a graph file with a chain along these nodes.
+fn is_one_number(text: &str, path: &[usize], seed: u64) -> Result<(), TestCaseError> {
+    let Ok(system) = graph_system(text) else {
+        return Ok(()); // An executor cannot have such a node.
+    };
+    let run = config(&format!("until 3; seed {seed}"));
+    let mut experiment = Experiment::new(system.clone(), &run).expect("a graph");
+    let tap = experiment.taps().all(1 << 20);
+    let topology = experiment.observer().topology();
+    experiment.watch_ages();
+    let summary = experiment.run().expect("no fault");
+    for age in &summary.ages {
+        prop_assert_eq!(age.apart_from_ns, None, "{:?}\n{}", age, text);
+        let sum: i64 = age.parts.iter().map(|part| part.ns).sum();
+        prop_assert_eq!(sum, age.mean_ns, "{}", text);
+    }
+    let mut lineage = Lineage::new(topology.clone(), system.about().settings);
+    lineage = lineage.along(system.about().latency_path);
+    let mut records = Records {
+        ticks: vec![Vec::new(); topology.nodes.len()],
+        heads: vec![Vec::new(); topology.topics.len()],
+    };
+    for row in tap.items() {
+        match row {
+            RunRow::Message(topic, head, _) => {
+                lineage.message(topic, &head);
+                records.heads[topic].push(head);
+            }
+            RunRow::Tick(node, tick) => {
+                lineage.tick(node, tick.clone());
+                records.ticks[node].push(tick);
+            }
+        }
+    }
+    lineage.settle();
+    for tick in &records.ticks[path[0]] {
+        let Some((began, ends)) = records.began(path, tick.number).zip(tick.ends) else {
+            continue;
+        };
+        let push = lineage.push_at(path[0], ends);
+        let sum = push.map(|push| push.parts(ends).sum_ns() as u128);
+        // Another tick may end at that instant, too.
+        let is_last = records.ticks[path[0]].get(tick.number as usize + 1);
+        if path.len() > 1 && is_last.is_none_or(|next| next.ends != Some(ends)) {
+            prop_assert_eq!(
+                sum,
+                Some(ends.since(began).as_nanos()),
+                "at {}\n{}",
+                ends,
+                text
+            );
+        }
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+    #[test]
+    fn the_parts_the_chain_and_the_records_are_one_number(
+        nodes in prop::collection::vec(random_node(), 3..7),
+        topics in prop::collection::vec(prop::sample::select(TOPICS.to_vec()), 7),
+        kind in prop::sample::select(KINDS.to_vec()),
+        way in prop::collection::vec(any::<Index>(), 6),
+        seed in 0..100u64,
+    ) {
+        let (text, path) = graph_of(&nodes, &topics, kind, &way);
+        is_one_number(&text, &path, seed)?;
+    }
+}
