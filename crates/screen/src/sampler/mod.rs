@@ -86,8 +86,7 @@ impl Sampler {
         let (system, config) = (session.system(), session.config());
         let (setup, hangs) = self.knobs(config);
         let age = self.age(session, &graph, &setup);
-        let planning = system.about().planning;
-        let plan = planning.and_then(|planning| self.plans.at(&planning, now));
+        let plan = (system.about().planning).and_then(|plan| self.plans.at(&plan, now));
         let at_rest = session.at_rest();
         self.figures.refresh(system, &graph, at_rest);
         let lit = self.lit_nodes(&graph, session.summary().is_none(), at_rest);
