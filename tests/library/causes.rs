@@ -87,6 +87,83 @@ fn ages_that_were_worked_out_by_hand() {
     }
 }
 
+/// A graph of the library with one exposure on two topics, which are wired in this order: the planner
+/// works on `/a` and looks at `/b`, which comes late.
+fn exposure(order: [usize; 2]) -> Arc<dyn System> {
+    system(move |builder| {
+        let names = ["/a", "/b"].map(|name| Topic::new(name, Depth::ONE));
+        let act = Topic::new("/act", Depth::ONE);
+        let graph = builder.graph();
+        graph.node("camera", hz(10.0), 0, |wiring| {
+            let outputs = order.map(|topic| wiring.publisher(&names[topic]));
+            move |now| {
+                outputs
+                    .iter()
+                    .for_each(|output| output.publish(1.0, now, None));
+                GO_ON
+            }
+        })?;
+        graph.node("planner", hz(100.0), 1, |wiring| {
+            let mut images = order.map(|topic| wiring.subscription::<f64>(&names[topic]));
+            let act = wiring.publisher(&act);
+            move |now| {
+                let read = images.each_mut().map(|image| image.latest(now));
+                if let Some(image) = &read[order[0]] {
+                    act.publish(2.0 * image.data, now, Some(image.sensed()));
+                }
+                GO_ON
+            }
+        })?;
+        graph.node("motor", hz(100.0), 2, |wiring| Motor {
+            act: wiring.subscription(&act),
+            age: wiring.push_age(),
+            sensed: None,
+        })?;
+        let late = knob("link /b delay:60");
+        graph.set(&late).map_err(BuildError::Setting)?;
+        Ok(())
+    })
+}
+
+/// Acts on what it read last.
+struct Motor {
+    act: Subscription<f64>,
+    age: PushRecorder,
+    sensed: Option<Time>,
+}
+
+impl Node for Motor {
+    fn tick(&mut self, now: Time) -> Tick {
+        self.sensed = self.act.latest(now).map(|act| act.sensed());
+        GO_ON
+    }
+
+    fn apply(&mut self, now: Time) -> Tick {
+        if let Some(sensed) = self.sensed {
+            self.age.push(now, sensed);
+        }
+        GO_ON
+    }
+}
+
+#[test]
+fn of_one_exposure_on_two_topics_the_one_counts_that_came_first() {
+    for order in [[0, 1], [1, 0]] {
+        let mut experiment =
+            Experiment::new(exposure(order), &config("until 20")).expect("a graph");
+        experiment.watch_ages();
+        let summary = experiment.run().expect("no fault");
+        let [age] = &summary.ages[..] else {
+            panic!("{:?}", summary.ages)
+        };
+        let parts = age.parts.iter();
+        let parts: Vec<_> = parts.map(|part| (part.stage.key(), &*part.owner)).collect();
+        assert_eq!((&*age.node, parts[0]), ("motor", ("hold", "/a")), "{age:?}");
+        assert!(parts.iter().all(|(_, owner)| *owner != "/b"), "{age:?}");
+        assert_eq!(age.mean_ns, 50_000_000, "{age:?}");
+    }
+}
+
 /// A node of a random graph.
 #[derive(Clone, Debug)]
 struct RandomNode {

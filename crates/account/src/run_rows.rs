@@ -2,7 +2,12 @@
 
 use ratelab::Head;
 
-use super::{node::TickRecord, recorded::RecordedTopic, tap::Tap, tap_handle::TapHandle};
+use super::{
+    node::TickRecord,
+    recorded::RecordedTopic,
+    tap::{Tap, TapSender},
+    tap_handle::TapHandle,
+};
 
 /// A row of a run, of the topic or the node with an index.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +23,27 @@ impl TapHandle {
     /// a tick comes after its messages.
     pub fn all(&self, topics: &[&dyn RecordedTopic], capacity: usize) -> Tap<RunRow> {
         let (all, tap) = self.tap(capacity);
+        self.send_rows(topics, &all);
+        tap
+    }
+
+    /// As [`all`](Self::all), with the messages of all other topics, too, without their numbers.
+    pub fn all_heads(&self, topics: &[&dyn RecordedTopic], capacity: usize) -> Tap<RunRow> {
+        let (all, tap) = self.tap(capacity);
+        self.send_rows(topics, &all);
+        let known = self.0.accounts.topology.topics.iter().zip(&self.0.topics);
+        for (index, (topic, listeners)) in known.enumerate() {
+            if topics.iter().all(|known| known.name() != topic.name) {
+                let end = all.clone();
+                listeners.add(Box::new(move |head, _| {
+                    end.offer(RunRow::Message(index, *head, Vec::new()))
+                }));
+            }
+        }
+        tap
+    }
+
+    fn send_rows(&self, topics: &[&dyn RecordedTopic], all: &TapSender<RunRow>) {
         for (node, ticks) in self.0.ticks.iter().enumerate() {
             let end = all.clone();
             ticks.add(Box::new(move |tick| {
@@ -33,6 +59,5 @@ impl TapHandle {
                 topic.listen(self, Box::new(copy));
             }
         }
-        tap
     }
 }

@@ -48,7 +48,12 @@ impl<'a> Overview<'a> {
         let begins = replay.begins();
         replay.advance_to(Time::MAX);
         let (system, mut summary) = (replay.system().clone(), replay.summary());
-        summary.set_ages(&*system, recording.ages(&*system, &summary));
+        let ages = recording.ages(&*system, &summary);
+        if recording.begins_with_run() {
+            summary.set_ages(&*system, ages);
+        } else {
+            summary.ages = ages;
+        }
         Self {
             begins,
             messages: recording.topics.iter().map(Rows::len).sum(),

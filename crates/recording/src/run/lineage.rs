@@ -30,6 +30,13 @@ impl Recording {
         lineage
     }
 
+    /// Whether it holds the run from its begin.
+    pub fn begins_with_run(&self) -> bool {
+        let mut ticks = self.ticks.iter().filter_map(|ticks| ticks.first());
+        let mut heads = self.topics.iter().filter_map(|rows| rows.heads().first());
+        ticks.all(|tick| tick.number == 0) && heads.all(|head| head.seq == 0)
+    }
+
     /// The ages of the whole run of `system` with this `summary`, with their parts; none without
     /// all messages and ticks.
     pub fn ages(&self, system: &dyn System, summary: &Summary) -> Vec<RunAge> {

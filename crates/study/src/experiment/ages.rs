@@ -190,7 +190,7 @@ pub(super) struct AgeWatch(JoinHandle<Option<RunAges>>);
 impl AgeWatch {
     /// From the beginning of the run to its end.
     pub(super) fn start(experiment: &Experiment) -> Self {
-        let (tap, observer) = (experiment.taps().all(BACKLOG), experiment.observer());
+        let (tap, observer) = (experiment.taps().all_heads(BACKLOG), experiment.observer());
         let setup = experiment.config().setup.iter();
         let lineage = Lineage::new(observer.topology(), setup).keeping(KEPT);
         let mut ages = RunAges::new(&**experiment.system(), lineage);

@@ -53,6 +53,12 @@ impl Taps {
         self.tap_handle.all(&topics, capacity)
     }
 
+    /// As [`all`](Self::all), with the messages of all other topics, too, without their numbers.
+    pub fn all_heads(&self, capacity: usize) -> Tap<RunRow> {
+        let topics: Vec<_> = self.topics.iter().map(|topic| &**topic).collect();
+        self.tap_handle.all_heads(&topics, capacity)
+    }
+
     /// Copies every tick from now on, with one queue of `capacity` ticks per node, in the
     /// order of addition.
     pub fn ticks(&self, capacity: usize) -> Vec<Tap<TickRecord>> {
