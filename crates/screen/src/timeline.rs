@@ -297,7 +297,7 @@ impl Timeline {
         let known = &lineage.topology().topics[topic];
         let readers = known.readers.iter();
         let ticks = readers.flat_map(|&node| lineage.ticks_between(node, self.from, Time::MAX));
-        let reads = ticks.flat_map(|(_, worked)| &worked.reads);
+        let reads = ticks.flat_map(|(_, worked)| worked.reads());
         let reads = reads.filter(|read| read.topic == topic);
         let read: HashSet<u64> = reads.map(|read| read.seq).collect();
         let mark = |sent: &Head| {

@@ -65,7 +65,7 @@ impl RunTables {
 
     /// What a tick read of a topic: the message, and how old its data were then.
     fn read(&self, topic: usize, worked: &TracedTick) -> [String; READS.len()] {
-        let mut reads = worked.reads.iter();
+        let mut reads = worked.reads();
         let read = reads.find(|read| read.topic == topic);
         let heads = self.recording.topics[topic].heads();
         let read = read.and_then(|read| {

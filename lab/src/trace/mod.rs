@@ -107,10 +107,9 @@ fn flows(lineage: &Lineage, node: usize, index: usize, worked: &TracedTick) -> V
     let before = index.checked_sub(1);
     let before = before.and_then(|before| lineage.ticks(node).nth(before));
     let news = worked
-        .reads
-        .iter()
-        .filter(|read| before.is_none_or(|before| !before.reads.contains(read)));
-    let mut flows: Vec<u64> = news.copied().map(flow).collect();
+        .reads()
+        .filter(|read| before.is_none_or(|before| before.reads().all(|known| known != *read)));
+    let mut flows: Vec<u64> = news.map(flow).collect();
     let made = lineage.made(node, index).into_iter();
     flows.extend(made.map(flow));
     flows

@@ -3,7 +3,7 @@
 //! All of it is recorded when it happens: a message names its tick, a tick names its reads. This
 //! file only joins them.
 
-use std::cmp::Reverse;
+use std::{cmp::Reverse, collections::VecDeque};
 
 use ratelab::{Head, MessageId, TickId, Time};
 
@@ -15,7 +15,7 @@ pub(super) type Beginnings = Vec<(usize, Time)>;
 impl TracedTopic {
     /// The message with this sequence number.
     pub(super) fn message(&self, seq: u64) -> Option<&Head> {
-        let index = self.sent.partition_point(|sent| sent.seq < seq);
+        let index = place_of(&self.sent, seq, |sent| sent.seq);
         self.sent.get(index).filter(|sent| sent.seq == seq)
     }
 
@@ -41,7 +41,7 @@ impl Lineage {
     /// The index of a tick among those of its node that are known.
     fn index_of(&self, tick: TickId) -> Option<usize> {
         let ticks = &self.nodes.get(tick.node)?.ticks;
-        let index = ticks.partition_point(|known| known.tick.number < tick.number);
+        let index = place_of(ticks, tick.number, |known| known.tick.number);
         let known = ticks.get(index)?;
         (known.tick.number == tick.number).then_some(index)
     }
@@ -97,8 +97,7 @@ impl Lineage {
     /// Of the messages that a tick and those before it read last, the one with the newest data from
     /// the node `source`; of two with the same data the one that came first.
     fn newest_read(&self, node: usize, index: usize, source: usize) -> Option<MessageId> {
-        let reads = self.nodes[node].ticks[index].reads.iter().copied();
-        let newest = reads.filter_map(|read| {
+        let newest = self.nodes[node].ticks[index].reads().filter_map(|read| {
             let began = began_of(&self.beginnings_of(read)?, source)?;
             Some(((began, Reverse(self.head(read)?.arrives)), read))
         });
@@ -159,8 +158,8 @@ impl Lineage {
     /// settled.
     fn beginnings_behind(&self, worked: &TracedTick) -> Option<Beginnings> {
         let mut all = Beginnings::new();
-        for read in &worked.reads {
-            for beginning in self.beginnings_of(*read)? {
+        for read in worked.reads() {
+            for beginning in self.beginnings_of(read)? {
                 add_newest(&mut all, beginning);
             }
         }
@@ -195,6 +194,17 @@ impl Lineage {
             let settled = ticks.take_while(|worked| worked.beginnings.is_some());
             record.settled += settled.count();
         }
+    }
+}
+
+/// The place of item number `number`, or of the next one. They are in order, and nearly always none is
+/// missing.
+fn place_of<T>(items: &VecDeque<T>, number: u64, number_of: impl Fn(&T) -> u64) -> usize {
+    let first = items.front().map_or(0, &number_of);
+    let place = usize::try_from(number.saturating_sub(first)).unwrap_or(usize::MAX);
+    match items.get(place) {
+        Some(item) if number_of(item) == number => place,
+        _ => items.partition_point(|item| number_of(item) < number),
     }
 }
 

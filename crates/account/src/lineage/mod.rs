@@ -77,8 +77,8 @@ pub fn sensing_of(head: &Head) -> Time {
 pub struct TracedTick {
     /// The tick.
     pub tick: TickRecord,
-    /// The message that the node had read last on each topic, by this tick or before.
-    pub reads: Vec<MessageId>,
+    /// The message that the node had read last on each topic that this tick did not read.
+    kept: Vec<MessageId>,
     /// When the data behind these began; `None` while that is not known.
     beginnings: Option<Beginnings>,
 }
@@ -90,10 +90,20 @@ impl TracedTick {
         self.tick.ends.unwrap_or(Time::MAX)
     }
 
+    /// The message that the node had read last on each topic, by this tick or before.
+    pub fn reads(&self) -> impl Iterator<Item = MessageId> {
+        let reads = &self.tick.causes.reads;
+        let own = reads.iter().enumerate().filter(|(place, read)| {
+            let mut later = reads[place + 1..].iter();
+            later.all(|later| later.message.topic != read.message.topic)
+        });
+        let own = own.map(|(_, read)| read.message);
+        own.chain(self.kept.iter().copied())
+    }
+
     /// The message that it read from the topic with this index.
     fn read_of(&self, topic: usize) -> Option<MessageId> {
-        let mut reads = self.reads.iter();
-        reads.find(|read| read.topic == topic).copied()
+        self.reads().find(|read| read.topic == topic)
     }
 
     /// Sequence number of that message.
@@ -187,18 +197,13 @@ impl Lineage {
         let Some(node) = self.nodes.get_mut(node) else {
             return;
         };
-        let before = node.ticks.back().map(|before| before.reads.clone());
-        let mut reads = before.unwrap_or_default();
-        for read in &tick.causes.reads {
-            let mut known = reads.iter_mut();
-            match known.find(|known| known.topic == read.message.topic) {
-                Some(known) => *known = read.message,
-                None => reads.push(read.message),
-            }
-        }
+        let reads = &tick.causes.reads;
+        let is_read = |topic| reads.iter().any(|read| read.message.topic == topic);
+        let before = node.ticks.back().into_iter().flat_map(TracedTick::reads);
+        let kept = before.filter(|read| !is_read(read.topic)).collect();
         node.ticks.push_back(TracedTick {
             tick,
-            reads,
+            kept,
             beginnings: None,
         });
         if node.ticks.len() > self.kept {

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use ratelab::{MessageId, Time, Topology};
 
-use super::{DataWay, Lineage, TracedTick, sensing_of};
+use super::{DataWay, Lineage, sensing_of};
 
 /// Maximum number of messages in a chain.
 pub(super) const MOST_HOPS: usize = 64;
@@ -258,15 +258,16 @@ impl Lineage {
     /// tick on sets.
     pub(super) fn waited_for(&self, node: usize, index: usize, topic: usize) -> Option<usize> {
         let triggers = &self.topology.nodes[node].triggers;
-        let TracedTick { tick, reads, .. } = &self.nodes[node].ticks[index];
+        let worked = &self.nodes[node].ticks[index];
+        let tick = &worked.tick;
         let meets = triggers.len() > 1 && triggers.contains(&topic);
         let completed = tick.causes.completed.filter(|_| meets)?;
-        let last = |read: &&MessageId| {
-            let arrives = self.head(**read).and_then(|sent| sent.arrives);
+        let last = |read: &MessageId| {
+            let arrives = self.head(*read).and_then(|sent| sent.arrives);
             triggers.contains(&read.topic) && arrives == Some(tick.due())
         };
-        let others = reads.iter().filter(|read| read.topic != topic).find(last);
-        let tie = others.filter(|_| completed == topic);
+        let mut others = worked.reads().filter(|read| read.topic != topic);
+        let tie = others.find(last).filter(|_| completed == topic);
         Some(tie.map_or(completed, |read| read.topic))
     }
 

@@ -128,7 +128,7 @@ impl Lineage {
     /// Run time of a node's first known push; zero if there is none.
     pub fn first_push(&self, node: usize) -> Time {
         let ticks = self.nodes[node].ticks.iter();
-        let mut pushes = ticks.filter(|worked| !worked.reads.is_empty());
+        let mut pushes = ticks.filter(|worked| worked.reads().next().is_some());
         pushes
             .next()
             .and_then(|worked| worked.tick.ends)

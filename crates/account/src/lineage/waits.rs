@@ -44,13 +44,13 @@ impl Lineage {
     /// before. `None` if none of them waited.
     fn waited_for_match(&self, node: usize, index: usize) -> Option<TickWait> {
         let ticks = &self.nodes[node].ticks;
-        let reads = ticks.get(index)?.reads.iter();
+        let reads = ticks.get(index)?.reads();
         let before = index.checked_sub(1);
         let free = before.map_or(Time::ZERO, |before| ticks[before].ends());
         let to = ticks[index].tick.due();
         let waits = reads.filter_map(|message| {
             let other = self.waited_for(node, index, message.topic)?;
-            let arrives = self.head(*message)?.arrives?;
+            let arrives = self.head(message)?.arrives?;
             Some(TickWait {
                 from: arrives.max(free),
                 to,

@@ -227,7 +227,7 @@ impl Facts<'_> {
         // When the oldest message was there that its last tick left.
         let before = self.ticks(node).next();
         let waiting = view.triggers.iter().filter_map(|topic| {
-            let mut reads = before.into_iter().flat_map(|worked| &worked.reads);
+            let mut reads = before.into_iter().flat_map(TracedTick::reads);
             let read = reads.find(|read| read.topic == *topic).map(|read| read.seq);
             let news = self.recent(*topic).filter(|sent| Some(sent.seq) > read);
             news.filter_map(|sent| sent.arrives).min()

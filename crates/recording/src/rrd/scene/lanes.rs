@@ -164,7 +164,7 @@ fn change(changes: &mut Changes, at: Time, state: &'static str) {
 /// The lane of a topic.
 fn messages(lineage: &Lineage, topic: usize, readers: &[usize]) -> Changes {
     let reads = readers.iter().flat_map(|&node| lineage.ticks(node));
-    let reads = reads.flat_map(|worked| &worked.reads);
+    let reads = reads.flat_map(TracedTick::reads);
     let read: HashSet<u64> = reads
         .filter(|read| read.topic == topic)
         .map(|read| read.seq)
