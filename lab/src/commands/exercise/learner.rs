@@ -278,8 +278,9 @@ fn read_line() -> Result<String, Error> {
     let mut line = String::new();
     let is_person = io::stdin().is_terminal();
     let read = io::stdin().read_line(&mut line);
-    if is_person && !io::stdin().is_terminal() {
-        // The terminal was closed: its signal comes, and ends the program.
+    // A terminal that is being closed fails to read before it is none any more.
+    if is_person && (read.is_err() || !io::stdin().is_terminal()) {
+        // Its signal comes, and ends the program.
         thread::sleep(HANG_UP);
     }
     read.map_err(|error| Error::BadInput(format!("the prediction cannot be read: {error}")))?;
