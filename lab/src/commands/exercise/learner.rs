@@ -48,8 +48,8 @@ pub fn learn(asked: &[Question], args: &ExerciseArgs, file: &Path) -> Result<(),
     }
 }
 
-/// Time from the end of a terminal's input to its signal.
-const HANG_UP: Duration = Duration::from_millis(500);
+/// The most time from the end of a terminal's input to its signal, on a machine that is busy.
+const HANG_UP: Duration = Duration::from_secs(5);
 
 /// A question of an exercise.
 type Question = &'static Exercise;
