@@ -21,6 +21,7 @@ import random
 import sys
 
 from approximate import Matcher
+from executors import fnv
 
 MS = 1_000_000
 UNTIL = 3_000 * MS
@@ -297,13 +298,6 @@ def play(nodes, depths):
             words = [topic, message.at, message.stamp] + (sources if topic == "/out" else [])
             lines.append(" ".join(map(str, words)) + "\n")
     return lines
-
-
-def fnv(text):
-    value = 0xCBF29CE484222325
-    for byte in text.encode():
-        value = ((value ^ byte) * 0x100000001B3) % 2**64
-    return value
 
 
 def case(number):

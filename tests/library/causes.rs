@@ -164,6 +164,22 @@ fn of_one_exposure_on_two_topics_the_one_counts_that_came_first() {
     }
 }
 
+/// Longer than what is counted at a time, and with other ages in its second half.
+#[test]
+fn a_push_beside_a_chain_has_its_parts_to_the_end_of_a_long_run() {
+    let chain = "[chain.see]\npath = ['sensor', '/obs', 'camera', '/image', 'logger']\n";
+    let system = graph_system(&(graph_text("middle", "") + chain)).expect("a graph");
+    let run = config("until 60; 30 takes policy 15");
+    let mut experiment = Experiment::new(system, &run).expect("a graph");
+    experiment.watch_ages();
+    let summary = experiment.run().expect("no fault");
+    let measured = summary.push_age().expect("pushes").run_s * 1e9;
+    let mut ages = summary.ages.iter();
+    let push = ages.find(|age| age.chain.is_none()).expect("an age");
+    let sum: i64 = push.parts.iter().map(|part| part.ns).sum();
+    assert!((sum as f64 - measured).abs() < 2.0, "{push:?}");
+}
+
 /// A node of a random graph.
 #[derive(Clone, Debug)]
 struct RandomNode {

@@ -114,8 +114,8 @@ impl Lineage {
         let worked = &self.nodes[node].ticks[index];
         match &self.way {
             DataWay::Along(path) => Some((worked.read_of(*path.last()?)?, None)),
-            DataWay::From(source) => {
-                let source = (*source).or_else(|| self.first_source(worked))?;
+            DataWay::FromSource => {
+                let source = self.first_source(worked)?;
                 Some((self.newest_read(node, index, source)?, Some(source)))
             }
         }
@@ -167,7 +167,7 @@ impl Lineage {
     }
 
     /// Finds where the data of all ticks began that have come since, as far as the ticks behind
-    /// them have come. Along a path nobody asks for it.
+    /// them have come. Along a path nobody asks for it: then it waits until nobody goes along one.
     pub fn settle(&mut self) {
         if matches!(self.way, DataWay::Along(_)) {
             return;

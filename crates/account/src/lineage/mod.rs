@@ -43,8 +43,8 @@ pub struct Lineage {
 enum DataWay {
     /// Along these topics, the sensor's first, to the node that acts.
     Along(Vec<usize>),
-    /// From this node, by the newest of its data; from the first node that began any without one.
-    From(Option<usize>),
+    /// By the newest data of the first node that began any.
+    FromSource,
 }
 
 /// A topic and its messages.
@@ -132,7 +132,7 @@ impl Lineage {
             topics: topics.collect(),
             nodes: nodes.collect(),
             topology,
-            way: DataWay::From(None),
+            way: DataWay::FromSource,
             beside: false,
             kept: usize::MAX,
         };
@@ -164,7 +164,7 @@ impl Lineage {
         let is_known = places.is_some();
         self.way = match places {
             Some(path) if !path.is_empty() => DataWay::Along(path),
-            _ => DataWay::From(None),
+            _ => DataWay::FromSource,
         };
         is_known
     }
@@ -174,7 +174,10 @@ impl Lineage {
     /// `false` if the graph lacks one of them.
     pub fn go_along(&mut self, path: &[impl AsRef<str>]) -> bool {
         self.beside = !path.is_empty();
-        self.set_path(path)
+        let is_known = self.set_path(path);
+        // What came while it went along a path has no beginnings yet.
+        self.settle();
+        is_known
     }
 
     /// The graph.

@@ -95,29 +95,25 @@ impl AgeStage {
 impl AgeStage {
     /// Its name in JSON and tables.
     pub fn key(self) -> &'static str {
-        match self {
-            Self::Before => "before",
-            Self::Wait { .. } | Self::Kept { .. } => "wait",
-            Self::Match { .. } => "match",
-            Self::Executor { .. } => "executor",
-            Self::Queue { .. } => "queue",
-            Self::Reuse { .. } | Self::Held { .. } => "hold",
-            Self::Cost { .. } => "cost",
-            Self::Link { .. } => "link",
-        }
+        self.names()[0]
     }
 
     /// Its name in a report, to be followed by its owner.
     pub fn title(self) -> &'static str {
+        self.names()[1]
+    }
+
+    /// Key and title.
+    fn names(self) -> [&'static str; 2] {
         match self {
-            Self::Before => "before what is known",
-            Self::Wait { .. } | Self::Kept { .. } => "waiting for",
-            Self::Match { .. } => "waiting for a match on",
-            Self::Executor { .. } => "waiting for the executor of",
-            Self::Queue { .. } => "in the queue of",
-            Self::Reuse { .. } | Self::Held { .. } => "until a newer message on",
-            Self::Cost { .. } => "in",
-            Self::Link { .. } => "on",
+            Self::Before => ["before", "before what is known"],
+            Self::Wait { .. } | Self::Kept { .. } => ["wait", "waiting for"],
+            Self::Match { .. } => ["match", "waiting for a match on"],
+            Self::Executor { .. } => ["executor", "waiting for the executor of"],
+            Self::Queue { .. } => ["queue", "in the queue of"],
+            Self::Reuse { .. } | Self::Held { .. } => ["hold", "until a newer message on"],
+            Self::Cost { .. } => ["cost", "in"],
+            Self::Link { .. } => ["link", "on"],
         }
     }
 }
@@ -210,7 +206,7 @@ impl Lineage {
     fn may_begin(&self, message: MessageId, node: usize, source: Option<usize>) -> bool {
         match &self.way {
             DataWay::Along(path) => path.first() == Some(&message.topic),
-            DataWay::From(_) => source == Some(node),
+            DataWay::FromSource => source == Some(node),
         }
     }
 
