@@ -268,21 +268,21 @@ fn goes_on(brief: &Brief) -> Result<bool, Error> {
     Ok(!line.is_empty())
 }
 
-/// The line that is typed behind `question`.
+/// The line that a person types behind `question`.
 fn prompted(question: &str) -> Result<String, Error> {
     prompt(question)?;
-    read_line()
+    let line = read_line();
+    // Where the terminal was closed its signal comes, and ends the program. It may have been closed
+    // before anything was read.
+    if line.is_err() || !io::stdin().is_terminal() {
+        thread::sleep(HANG_UP);
+    }
+    line
 }
 
 fn read_line() -> Result<String, Error> {
     let mut line = String::new();
-    let is_person = io::stdin().is_terminal();
     let read = io::stdin().read_line(&mut line);
-    // A terminal that is being closed fails to read before it is none any more.
-    if is_person && (read.is_err() || !io::stdin().is_terminal()) {
-        // Its signal comes, and ends the program.
-        thread::sleep(HANG_UP);
-    }
     read.map_err(|error| Error::BadInput(format!("the prediction cannot be read: {error}")))?;
     Ok(line)
 }
