@@ -24,7 +24,8 @@ const MOMENTS: &[Moment] = &[
     ("", &["BALANCED so far"], Some("age  10 ms")),
     // Step 3.
     ("[[[[[[[[", &["● 5 Hz", "FELL at"], None),
-    ("", &["decides every 200 ms. ] raises control-hz", "readings up to"], None),
+    // Between these two the screen may say since when, if the pole fell soon after.
+    ("", &["decides every 200 ms", "raises control-hz", "readings up to"], None),
     // Step 4.
     ("r", &["BALANCED so far", "FELL at 0.840 s"], None),
     ("r", &["BALANCED so far", "FELL at 0.840 s"], None),
