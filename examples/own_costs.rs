@@ -5,7 +5,7 @@
 
 use std::{error::Error, sync::Arc};
 
-use ratelab::{ClockKind, GO_ON, Time, Topic};
+use ratelab::{ClockKind, Tick, Topic};
 use ratelab_study::{
     experiment::{Config, Experiment},
     system::{BuildError, Builder, System},
@@ -25,9 +25,8 @@ impl System for Robot {
         let captured = frames.clone();
         builder.node("camera", 30.0, 0, move |wiring| {
             let frames = wiring.publisher(&captured);
-            move |now: Time| {
-                frames.publish(now.as_secs_f64(), now, None);
-                GO_ON
+            move |tick: &mut Tick| {
+                tick.publish(&frames, tick.now().as_secs_f64());
             }
         })?;
         relay(builder, "detector", 12.0, frames, objects)?;
@@ -37,11 +36,10 @@ impl System for Robot {
             let mut plans = wiring.subscription(&planned);
             let mut sense_to_act = wiring.meter("sense→act");
             // It takes no time itself; a node that does measures in `Node::apply`.
-            move |now| {
-                if let Some(plan) = plans.latest(now) {
-                    sense_to_act.record(now - plan.sensed());
+            move |tick: &mut Tick| {
+                if let Some(plan) = tick.read(&mut plans) {
+                    sense_to_act.record(tick.now() - plan.sensed());
                 }
-                GO_ON
             }
         })
     }
@@ -51,7 +49,7 @@ impl System for Robot {
     }
 }
 
-/// A node that passes on its input, with the origin of the sensing.
+/// A node that passes on its input.
 fn relay(
     builder: &mut Builder<'_>,
     name: &str,
@@ -62,11 +60,10 @@ fn relay(
     let (from, to) = (from.clone(), to.clone());
     builder.node(name, hz, 1, move |wiring| {
         let (mut from, to) = (wiring.subscription(&from), wiring.publisher(&to));
-        move |now| {
-            if let Some(reading) = from.latest(now) {
-                to.publish(reading.data, now, Some(reading.sensed()));
+        move |tick: &mut Tick| {
+            if let Some(reading) = tick.read(&mut from) {
+                tick.publish(&to, reading.data);
             }
-            GO_ON
         }
     })
 }

@@ -6,8 +6,8 @@
 use std::error::Error;
 
 use ratelab::{
-    Clock, Depth, GO_ON, Graph, Hz, Inbox, Node, Publisher, Subscription, Tick, Time, Topic,
-    VirtualClock,
+    Clock, Depth, Flow, Graph, Hz, Inbox, Node, Publisher, Subscription, Tick, TickResult, Time,
+    Topic, VirtualClock,
 };
 use ratelab_account::Observer;
 
@@ -19,14 +19,12 @@ struct Smooth {
 }
 
 impl Node for Smooth {
-    fn tick(&mut self, now: Time) -> Tick {
-        if let Some(reading) = self.input.latest(now) {
+    fn tick(&mut self, tick: &mut Tick) -> TickResult {
+        if let Some(reading) = tick.read(&mut self.input) {
             self.value += (reading.data - self.value) / 4.0;
-            // Passes on the time of the reading, so that latency can be measured.
-            let origin = Some(reading.sensed());
-            self.output.publish(self.value, now, origin);
+            tick.publish(&self.output, self.value);
         }
-        GO_ON
+        Ok(Flow::Continue)
     }
 }
 
@@ -37,9 +35,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     graph.node("sonar", Hz::new(50.0)?, 0, |wiring| {
         let raw = wiring.publisher(&raw);
         let mut readings = [2.2, 1.9, 2.1, 1.8].into_iter().cycle();
-        move |now: Time| {
-            raw.publish(readings.next().unwrap_or(2.0), now, None);
-            GO_ON
+        move |tick: &mut Tick| {
+            tick.publish(&raw, readings.next().unwrap_or(2.0));
         }
     })?;
     graph.node("smooth", Hz::new(20.0)?, 1, |wiring| Smooth {
@@ -54,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let (name, published) = (&topic.name, topic.published);
         println!("{name}: {published} messages, {} dropped", topic.dropped());
     }
-    let last = smooth.subscribe().latest(end).ok_or("nothing came")?;
-    println!("{} m at {}", last.data, last.stamp);
+    let (last, head) = smooth.peek().ok_or("nothing came")?;
+    println!("{last} m at {}", head.stamp);
     Ok(())
 }

@@ -4,8 +4,7 @@
 use std::process::ExitCode;
 
 use ratelab::{
-    ClockExit, END, GO_ON, Message, MeterRecorder, Node, Publisher, PushRecorder, Subscription,
-    Tick, Time,
+    ClockExit, Flow, Message, MeterRecorder, Node, Publisher, Subscription, Tick, TickResult, Time,
 };
 use ratelab_account::fields;
 use ratelab_study::system::{
@@ -42,7 +41,6 @@ const DOWN: VerdictKind = VerdictKind {
 struct Rotors {
     thrusts: Subscription<Thrust>,
     states: Publisher<State>,
-    age: PushRecorder,
     latency: MeterRecorder,
     command: Option<Message<Thrust>>,
     state: State,
@@ -50,24 +48,25 @@ struct Rotors {
 
 impl Node for Rotors {
     /// Reads when the tick starts. The last thrust is held until the next one arrives.
-    fn tick(&mut self, now: Time) -> Tick {
-        self.command = self.thrusts.latest(now);
-        GO_ON
+    fn tick(&mut self, tick: &mut Tick) -> TickResult {
+        self.command = tick.read(&mut self.thrusts);
+        Ok(Flow::Continue)
     }
 
     /// Acts on the world when the tick is over, and measures the age of what it acts on.
-    fn apply(&mut self, now: Time) -> Tick {
-        let sensed = self.command.as_ref().map(|thrust| thrust.sensed());
-        if let Some(sensed) = sensed {
-            self.age.push(now, sensed);
-            self.latency.record(now.since(sensed));
+    fn apply(&mut self, tick: &mut Tick) -> TickResult {
+        tick.act();
+        if let Some(age) = tick.age() {
+            self.latency.record(age);
         }
         let newton = self.command.map_or(0.0, |thrust| thrust.data.newton);
         // 20 N at most.
         self.state.climb += (newton.clamp(0.0, 20.0) - 9.81) / 100.0;
         self.state.height += self.state.climb / 100.0;
-        self.states.publish(self.state, now, sensed);
-        if self.state.height > 0.0 { GO_ON } else { END }
+        // A new look at the world, not derived from the thrust.
+        tick.publish_new(&self.states, self.state);
+        let flies = self.state.height > 0.0;
+        Ok(if flies { Flow::Continue } else { Flow::End })
     }
 }
 
@@ -86,20 +85,18 @@ impl System for Drone {
         builder.node("drone", 100.0, 0, move |wiring| Rotors {
             thrusts: wiring.subscription(&thrusts),
             states: wiring.publisher(&states),
-            age: wiring.push_age(),
             latency: wiring.meter("sense→act"),
             command: None,
             state: State { height, climb },
         })?;
         builder.node("pilot", 10.0, 1, move |wiring| {
             let (mut states, thrusts) = (wiring.subscription(&seen), wiring.publisher(&wanted));
-            move |now| {
-                if let Some(seen) = states.latest(now) {
+            move |tick: &mut Tick| {
+                if let Some(seen) = tick.read(&mut states) {
                     let State { height, climb } = seen.data;
                     let newton = 9.81 + 8.0 * (2.0 - height) - 4.0 * climb;
-                    thrusts.publish(Thrust { newton }, now, Some(seen.stamp));
+                    tick.publish(&thrusts, Thrust { newton });
                 }
-                GO_ON
             }
         })
     }

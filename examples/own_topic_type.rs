@@ -5,7 +5,7 @@
 
 use std::error::Error;
 
-use ratelab::{Clock, Depth, GO_ON, Graph, Hz, Inbox, Time, Topic, VirtualClock};
+use ratelab::{Clock, Depth, Graph, Hz, Inbox, Tick, Time, Topic, VirtualClock};
 use ratelab_account::{Fields, TapHandle};
 
 /// The speed of the wheels.
@@ -35,10 +35,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut graph = Graph::new();
     graph.node("drive", Hz::new(4.0)?, 0, |wiring| {
         let wheels = wiring.publisher(&wheels);
-        move |now: Time| {
-            let (left, right) = (1.0 + now.as_secs_f64(), 1.0);
-            wheels.publish(Wheels { left, right }, now, None);
-            GO_ON
+        move |tick: &mut Tick| {
+            let (left, right) = (1.0 + tick.now().as_secs_f64(), 1.0);
+            tick.publish(&wheels, Wheels { left, right });
         }
     })?;
     // A tap copies every message, whether or not a node reads it.

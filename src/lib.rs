@@ -74,33 +74,30 @@
 //! each task set has a schedule of its own, and its threads wait for the wall. Nodes work outside
 //! of the schedule, and what they publish comes back to it as arrivals.
 //!
-//! A message: [`Publisher::publish`] gives it to its topic, or keeps it in the outbox of its node
+//! A message: [`Tick::publish`] gives it to its topic, or keeps it in the outbox of its node
 //! until a tick is over that takes time; with a link it is in transit until its [`Channel`] delivers
 //! it, in what comes next on the topic; the queue evicts what is beyond its depth;
-//! [`Subscription::latest`] reads it. The topic sends a record of each step to the [`Sink`].
+//! [`Tick::read`] reads it. The topic sends a record of each step to the [`Sink`].
 //!
 //! # A graph in twenty lines
 //!
 //! ```
-//! use ratelab::{END, GO_ON, Graph, Time};
+//! use ratelab::{Flow, Graph, Tick};
 //!
 //! let mut graph = Graph::new();
 //! let range = graph.topic("/range");
 //! graph.node("sonar", 10.0, 0, |wiring| {
 //!     let range = wiring.publisher(&range);
-//!     move |now: Time| {
-//!         range.publish(2.0 - now.as_secs_f64(), now, None);
-//!         GO_ON
-//!     }
+//!     move |tick: &mut Tick| tick.publish(&range, 2.0 - tick.now().as_secs_f64())
 //! })?;
 //! graph.node("brake", 2.0, 1, |wiring| {
 //!     let mut range = wiring.subscription(&range);
-//!     move |now| match range.latest(now) {
+//!     move |tick: &mut Tick| match tick.read(&mut range) {
 //!         Some(message) if message.data < 1.0 => {
 //!             println!("{} messages too many", range.dropped()); // 12
-//!             END
+//!             Flow::End
 //!         }
-//!         _ => GO_ON,
+//!         _ => Flow::Continue,
 //!     }
 //! })?;
 //!
@@ -115,7 +112,6 @@
 mod arrival;
 mod clock;
 mod control;
-mod counter;
 mod graph;
 mod journal;
 mod node;
@@ -147,12 +143,14 @@ pub use journal::{
     AfterEnd, End, Entries, Entry, Following, Journal, LockName, Noter, Operation, ThreadJournal,
     TurnFollower,
 };
-pub use node::{END, Fault, GO_ON, Job, JobKind, LastTick, Node, NodeCrash, Panicked, Tick};
+pub use node::{
+    Fault, Flow, IntoTickResult, Job, JobKind, LastTick, Node, NodeCrash, Panicked, Tick,
+    TickResult,
+};
 pub use qos::{Depth, DepthError, ReadOrder};
 pub use rate::{Rate, hyper_period};
 pub use record::{
-    Head, MessageId, MeterRecorder, NodeRecord, Push, PushRecorder, Sink, TickId, TickTimes,
-    TopicRecord,
+    Derived, Head, MessageId, MeterRecorder, NodeRecord, Push, Sink, TickId, TickTimes, TopicRecord,
 };
 pub use scheduling::{
     Dispatch, Joined, Kit, Matching, Periodic, Phase, Release, Scheduler, SchedulerEvent, TaskSpec,
@@ -161,5 +159,5 @@ pub use scheduling::{
 pub use shared::{Shared, SharedGuard};
 pub use time::{Hz, HzError, Time, TimeError};
 pub use topic::{
-    Channel, Intake, Message, Payload, Publisher, Stamps, Subscription, TakenMessage, Topic,
+    Cause, Channel, Intake, Message, Payload, Publisher, Stamps, Subscription, TakenMessage, Topic,
 };

@@ -126,15 +126,36 @@ pub struct Head {
     pub seq: u64,
     /// Run time of the sensing that it was derived from, if known.
     pub origin: Option<Time>,
-    /// The message that it was derived from, where its node names one; `None` for all that the tick
-    /// has read.
-    pub from: Option<MessageId>,
+    /// What it was derived from.
+    pub from: Derived,
     /// Run time at which it is delivered; `None` if it is lost. A message that arrives after a
     /// newer one is never read.
     pub arrives: Option<Time>,
     /// Messages of the topic lost unread so far, over all subscriptions, including any that this
     /// message evicted.
     pub dropped: u64,
+}
+
+/// What a message was derived from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Derived {
+    /// All that the node had read by then.
+    #[default]
+    Reads,
+    /// This message alone.
+    Message(MessageId),
+    /// Nothing, whatever the node has read: its data begin with the tick.
+    Nothing,
+}
+
+impl Derived {
+    /// The message, where it was derived from one alone.
+    pub fn message(self) -> Option<MessageId> {
+        match self {
+            Self::Message(message) => Some(message),
+            Self::Reads | Self::Nothing => None,
+        }
+    }
 }
 
 /// A tick of a node.
@@ -246,17 +267,5 @@ impl MeterRecorder {
     pub fn record(&mut self, sample: Duration) {
         let meter = self.meter;
         self.records.node(|| NodeRecord::Measured { meter, sample });
-    }
-}
-
-/// Takes what a node does to the world; see [`Wiring::push_age`](crate::Wiring::push_age).
-#[derive(Debug)]
-pub struct PushRecorder(pub(crate) RecordSender);
-
-impl PushRecorder {
-    /// Records an action at run time `at` that was derived from a sensing at `sensed`: `now` in
-    /// [`Node::apply`](crate::Node::apply).
-    pub fn push(&self, at: Time, sensed: Time) {
-        self.0.node(|| NodeRecord::Pushed(Push { at, sensed }));
     }
 }

@@ -23,16 +23,15 @@ const LOOK: Duration = Duration::from_millis(20);
 ///
 /// ```
 /// use std::sync::Arc;
-/// use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, Shared, Time};
+/// use ratelab::{Clock, Graph, Hz, Inbox, Shared, Tick, Time};
 /// use ratelab_real_clock::RealClock;
 ///
 /// let tank = Arc::new(Shared::new("tank", 10.0));
 /// let mut graph = Graph::new();
 /// for (name, flow) in [("inlet", 1.0), ("outlet", -0.5)] {
 ///     let tank = tank.clone();
-///     graph.node(name, Hz::new(100.0)?, 0, |_| move |_| {
+///     graph.node(name, Hz::new(100.0)?, 0, |_| move |_: &mut Tick| {
 ///         *tank.lock() += flow;
-///         GO_ON
 ///     })?;
 /// }
 /// RealClock::default().run(&mut graph, &mut Inbox::default(), Time::from_secs_f64(0.05)?)?;

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ratelab::{
-    Clock, Depth, GO_ON, Graph, Hz, Inbox, Publisher, Subscription, Time, Topic, VirtualClock,
+    Clock, Depth, Graph, Hz, Inbox, Node, Publisher, Subscription, Tick, Topic, VirtualClock,
     Wiring,
 };
 
@@ -93,13 +93,9 @@ impl Ring {
     }
 }
 
-fn counter(
-    mut input: Subscription<u64>,
-    output: Publisher<u64>,
-) -> impl FnMut(Time) -> ratelab::Tick + Send {
-    move |now| {
-        let number = input.latest(now).map_or(0, |message| message.data);
-        output.publish(number + 1, now, None);
-        GO_ON
+fn counter(mut input: Subscription<u64>, output: Publisher<u64>) -> impl Node {
+    move |tick: &mut Tick| {
+        let number = tick.read(&mut input).map_or(0, |message| message.data);
+        tick.publish(&output, number + 1);
     }
 }

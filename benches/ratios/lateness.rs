@@ -7,7 +7,7 @@ use nix::{
     sys::{prctl, time::TimeSpec},
     time::{ClockId, ClockNanosleepFlags, clock_gettime, clock_nanosleep},
 };
-use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, Time};
+use ratelab::{Clock, Graph, Hz, Inbox, Tick, Time};
 use ratelab_account::Observer;
 use ratelab_real_clock::RealClock;
 
@@ -49,7 +49,7 @@ fn node(hz: u32, stretch: Duration) -> Vec<u64> {
     let mut graph = Graph::new();
     let rate = Hz::new(f64::from(hz)).expect("rate");
     graph
-        .node("node", rate, 0, |_| |_| GO_ON)
+        .node("node", rate, 0, |_| |_: &mut Tick| {})
         .expect("one node");
     let (observer, inbox) = (Observer::of(&graph), &mut Inbox::default());
     let run = RealClock::default().run(&mut graph, inbox, Time::ZERO + stretch);

@@ -6,7 +6,7 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-use ratelab::{Depth, Message, Publisher, Subscription, Time, Topic};
+use ratelab::{Depth, Derived, Head, Message, Publisher, Subscription, Tick, Time, Topic};
 use ratelab_cart_pole::Observation;
 
 use super::{
@@ -48,12 +48,18 @@ fn stamp(number: u64) -> Time {
 
 /// A message for the alternatives, with the same content as a topic's message.
 fn message(number: u64) -> Message<Observation> {
-    Message {
-        data: observation(number),
-        stamp: stamp(number),
+    let at = stamp(number);
+    let head = Head {
+        at,
+        by: None,
+        stamp: at,
         seq: number,
         origin: None,
-    }
+        from: Derived::Reads,
+        arrives: Some(at),
+        dropped: 0,
+    };
+    Message::of(&head, observation(number))
 }
 
 /// Time per call of `step` over one round.
@@ -78,9 +84,9 @@ impl Ours {
 
     fn round(&mut self) -> Nanos {
         per_message(|number| {
-            self.publisher
-                .publish(observation(black_box(number)), stamp(number), None);
-            black_box(self.subscription.latest(stamp(number)));
+            let mut tick = Tick::at(stamp(number));
+            tick.publish(&self.publisher, observation(black_box(number)));
+            black_box(tick.read(&mut self.subscription));
         })
     }
 }

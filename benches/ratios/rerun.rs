@@ -6,7 +6,7 @@ use std::{
 };
 
 use ratelab::{
-    Clock, ClockKind, Depth, Event, GO_ON, Graph, Hz, Inbox, Time, Topic, Topology, VirtualClock,
+    Clock, ClockKind, Depth, Event, Graph, Hz, Inbox, Tick, Time, Topic, Topology, VirtualClock,
 };
 use ratelab_cart_pole::CartPole;
 use ratelab_real_clock::RealClock;
@@ -59,15 +59,14 @@ fn messages_in_a_tick(clock: &mut dyn Clock) -> Nanos {
     let kept = took.clone();
     let added = graph.node("node", Hz::new(1.0).expect("a rate"), 0, |wiring| {
         let (publisher, mut subscription) = (wiring.publisher(&topic), wiring.subscription(&topic));
-        move |now: Time| {
+        move |tick: &mut Tick| {
             let nanos = time(|| {
                 for number in 0..MESSAGES {
-                    publisher.publish(black_box(number), now, None);
-                    black_box(subscription.latest(now));
+                    tick.publish(&publisher, black_box(number));
+                    black_box(tick.read(&mut subscription));
                 }
             });
             *kept.lock().unwrap_or_else(PoisonError::into_inner) = nanos / MESSAGES as f64;
-            GO_ON
         }
     });
     added.expect("a node");

@@ -1,6 +1,6 @@
 //! Build it: Topic, Rate and Node from scratch.
 
-use ratelab::{Depth, Time, Topic};
+use ratelab::{Depth, Tick, Time, Topic};
 
 use crate::framework::{Answer, Failure, Findings, Measurement, PredictionPlace, Table};
 
@@ -24,17 +24,18 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
     let topic = Topic::new("/numbers", depth);
     let (publisher, mut subscription) = (topic.publisher(), topic.subscribe());
     let (mut published, mut rows) = (0_u32, Vec::new());
+    let mut tick = Tick::at(Time::ZERO);
     for event in EVENTS {
         let event = match event {
             TopicEvent::Publish(count) => {
                 for _ in 0..count {
                     published += 1;
-                    publisher.publish(published, Time::ZERO, None);
+                    tick.publish(&publisher, published);
                 }
                 format!("{count} published")
             }
             TopicEvent::Read => {
-                let newest = subscription.latest(Time::ZERO).map(|newest| newest.data);
+                let newest = tick.read(&mut subscription).map(|newest| newest.data);
                 format!("message {} read", newest.unwrap_or_default())
             }
         };

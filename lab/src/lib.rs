@@ -8,7 +8,7 @@
 //! ```no_run
 //! use std::process::ExitCode;
 //!
-//! use ratelab::{END, GO_ON};
+//! use ratelab::{Flow, Tick};
 //! use ratelab_study::system::{BuildError, Builder, System};
 //!
 //! /// Counts to a thousand.
@@ -23,10 +23,10 @@
 //!         let count = builder.internal_topic("/count");
 //!         builder.node("counter", 100.0, 0, move |wiring| {
 //!             let (count, mut number) = (wiring.publisher(&count), 0);
-//!             move |now| {
+//!             move |tick: &mut Tick| {
 //!                 number += 1;
-//!                 count.publish(number, now, None);
-//!                 if number < 1000 { GO_ON } else { END }
+//!                 tick.publish(&count, number);
+//!                 if number < 1000 { Flow::Continue } else { Flow::End }
 //!             }
 //!         })
 //!     }

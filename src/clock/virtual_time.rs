@@ -1,7 +1,5 @@
 //! Discrete-event time: one thread, bit-for-bit reproducible.
 
-use std::ops::ControlFlow;
-
 use thiserror::Error;
 
 use super::{Clock, ClockExit, note_end, obey::obey_at_rest, pacer::Pacer};
@@ -12,7 +10,7 @@ use crate::{
     },
     graph::Graph,
     journal::AfterEnd,
-    node::{Fault, JobKind, WorkTimes},
+    node::{Fault, Flow, JobKind, WorkTimes},
     scheduling::Assignment,
     sync::{Instant, get_mut},
     time::{Time, TimeError},
@@ -31,11 +29,11 @@ use crate::{
 /// handover.
 ///
 /// ```
-/// use ratelab::{Clock, ClockExit, GO_ON, Graph, Hz, Inbox, Time, VirtualClock};
+/// use ratelab::{Clock, ClockExit, Graph, Hz, Inbox, Tick, Time, VirtualClock};
 ///
 /// let mut graph = Graph::new();
-/// graph.node("slow", Hz::new(10.0)?, 0, |_| |_| GO_ON)?;
-/// graph.node("fast", Hz::new(1_000.0)?, 1, |_| |_| GO_ON)?;
+/// graph.node("slow", Hz::new(10.0)?, 0, |_| |_: &mut Tick| {})?;
+/// graph.node("fast", Hz::new(1_000.0)?, 1, |_| |_: &mut Tick| {})?;
 /// // An hour of run time, in a moment, to its end: an instant is part of the run.
 /// let hour = Time::from_secs_f64(3600.0)?;
 /// let exit = VirtualClock.run(&mut graph, &mut Inbox::default(), hour)?;
@@ -279,7 +277,7 @@ impl<'a> VirtualStretch<'a> {
         while let Some(work) = self.graph.schedule.next_job(now, after) {
             let outcome = self.work(work, now);
             self.graph.plan_arrivals();
-            if outcome?.is_break() {
+            if outcome? == Flow::End {
                 let node = self.graph.control.name(work.node).to_owned();
                 return Ok(Some(ClockExit::Ended { node, at: now }));
             }
@@ -292,7 +290,7 @@ impl<'a> VirtualStretch<'a> {
 
     /// Has a node do its work.
     #[inline]
-    fn work(&mut self, work: Assignment, now: Time) -> Result<ControlFlow<()>, Fault> {
+    fn work(&mut self, work: Assignment, now: Time) -> Result<Flow, Fault> {
         let Graph {
             slots,
             schedule,

@@ -8,7 +8,7 @@ use crate::{
     arrival::Arrival,
     control::command::Command,
     journal::AfterEnd,
-    node::{Fault, JobKind, Tick, WorkTimes},
+    node::{Fault, Flow, JobKind, TickResult, WorkTimes},
     scheduling::Assignment,
     sync::lock,
     time::Time,
@@ -27,7 +27,7 @@ pub struct Worker<'c> {
     /// The work that it has found.
     found: Option<Assignment>,
     /// The work that is not yet over, with the run time of its begin.
-    begun: Option<(Assignment, Time, Tick)>,
+    begun: Option<(Assignment, Time, TickResult)>,
 }
 
 /// What a look has found.
@@ -100,7 +100,7 @@ impl<'c> Worker<'c> {
         let mut schedule = self.schedule.turn();
         let slot = &mut *lock(&self.schedule.slots[work.node]);
         let flow = schedule.done(slot, work, times, outcome, &self.schedule.state);
-        flow.map(|flow| flow.is_break().then_some(began))
+        flow.map(|flow| (flow == Flow::End).then_some(began))
             .transpose()
     }
 }

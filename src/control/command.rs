@@ -15,10 +15,10 @@ use crate::time::Time;
 /// of a node, under either clock, and is logged with that run time.
 ///
 /// ```
-/// use ratelab::{Clock, Command, GO_ON, Graph, Hz, Inbox, Knob, Time, TimedCommand, VirtualClock};
+/// use ratelab::{Clock, Command, Graph, Hz, Inbox, Knob, Tick, Time, TimedCommand, VirtualClock};
 ///
 /// let mut graph = Graph::new();
-/// graph.node("policy", Hz::new(50.0)?, 0, |_| |_| GO_ON)?;
+/// graph.node("policy", Hz::new(50.0)?, 0, |_| |_: &mut Tick| {})?;
 /// let slower = Command::Set(Knob::Rate { node: "policy".to_owned(), hz: Hz::new(5.0)? });
 /// let at = Time::from_secs_f64(1.0)?;
 /// let (_live, mut inbox) = Inbox::new(vec![TimedCommand { at, command: slower }]);

@@ -32,10 +32,10 @@ pub struct Status {
 ///
 /// ```
 /// use std::thread;
-/// use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, Time, VirtualClock};
+/// use ratelab::{Clock, Graph, Hz, Inbox, Tick, Time, VirtualClock};
 ///
 /// let mut graph = Graph::new();
-/// graph.node("camera", Hz::new(30.0)?, 0, |_| |_| GO_ON)?;
+/// graph.node("camera", Hz::new(30.0)?, 0, |_| |_: &mut Tick| {})?;
 /// let (state, end) = (graph.state(), Time::from_secs_f64(100.0)?);
 /// thread::scope(|scope| {
 ///     scope.spawn(|| {

@@ -27,7 +27,7 @@ use crate::{
         knob::Knob,
         state::{RunState, Status},
     },
-    node::{GO_ON, Node, NodeSlot, Rebuild},
+    node::{Node, NodeSlot, Rebuild, Tick},
     qos::Depth,
     rate::Rate,
     record::{RecordSender, Sink},
@@ -87,17 +87,14 @@ impl From<Infallible> for GraphError {
 /// continues there.
 ///
 /// ```
-/// use ratelab::{Depth, GO_ON, Graph, Hz, Topic};
+/// use ratelab::{Depth, Graph, Hz, Tick, Topic};
 ///
 /// let mut graph = Graph::new();
 /// let ticks = Topic::new("/ticks", Depth::ONE);
 ///
 /// graph.node("metronome", Hz::new(2.0)?, 0, |wiring| {
 ///     let output = wiring.publisher(&ticks);
-///     move |now| {
-///         output.publish("tick", now, None);
-///         GO_ON
-///     }
+///     move |tick: &mut Tick| tick.publish(&output, "tick")
 /// })?;
 /// assert_eq!(graph.topology().topics[0].publishers, [0]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -211,7 +208,7 @@ impl Graph {
         let wire = |wiring: &mut Wiring<'_>| {
             // Its ends of topics are of no use here, and go at once.
             drop(build(wiring));
-            |_: Time| GO_ON
+            |_: &mut Tick| {}
         };
         let new = NewNode::here(name, release, priority)?;
         let remote = true;

@@ -4,18 +4,17 @@ use super::control::WiredTopic;
 use crate::{
     arrival::Arrivals,
     control::knob::KnobKind,
-    counter::TickCounter,
     node::{Ends, Fixed, LastTick},
-    record::{MeterRecorder, PushRecorder, RecordSender},
+    record::{MeterRecorder, RecordSender},
     sync::Arc,
-    topic::{Intake, NodeReader, Outbox, Payload, Publisher, Subscription, Topic},
+    topic::{Intake, Payload, Publisher, Subscription, Topic},
 };
 
 /// Supplies a node with its ends of topics while it is being built, so that the graph
 /// records all connections.
 ///
 /// ```
-/// use ratelab::{Depth, GO_ON, Graph, Hz, Topic};
+/// use ratelab::{Depth, Graph, Hz, Tick, Topic};
 ///
 /// let (range, alarm) = (Topic::new("/range", Depth::ONE), Topic::new("/alarm", Depth::ONE));
 /// let mut graph = Graph::new();
@@ -23,12 +22,11 @@ use crate::{
 ///     let mut range = wiring.subscription::<f64>(&range);
 ///     let alarm = wiring.publisher(&alarm);
 ///     let mut age = wiring.meter("age when read");
-///     move |now| {
-///         if let Some(near) = range.latest(now).filter(|range| range.data < 0.5) {
-///             alarm.publish((), now, Some(near.stamp));
-///             age.record(now - near.stamp);
+///     move |tick: &mut Tick| {
+///         if let Some(near) = tick.read(&mut range).filter(|range| range.data < 0.5) {
+///             tick.publish(&alarm, ());
+///             age.record(tick.now() - near.stamp);
 ///         }
-///         GO_ON
 ///     }
 /// })?;
 /// let topics = graph.topology().topics;
@@ -61,11 +59,8 @@ impl<'g> Wiring<'g> {
         arrivals: &'g Arc<Arrivals>,
         records: RecordSender,
     ) -> Self {
-        let counter = Arc::new(TickCounter::new(records.index()));
         let ends = Ends {
             records,
-            outbox: Arc::new(Outbox::new(counter.clone())),
-            counter,
             ..Ends::default()
         };
         Self {
@@ -101,7 +96,7 @@ impl<'g> Wiring<'g> {
             let index = self.index_of(topic);
             self.publishes.push(index);
         }
-        topic.publisher_through(&self.ends.outbox)
+        topic.publisher()
     }
 
     /// Connects the node as a reader of `topic`.
@@ -123,7 +118,7 @@ impl<'g> Wiring<'g> {
     /// reads the one that the tick is for, whatever the read order of the topic.
     ///
     /// ```
-    /// use ratelab::{Depth, GO_ON, Graph, Topic};
+    /// use ratelab::{Depth, Graph, Tick, Topic};
     /// use ratelab_effects::Match;
     ///
     /// let (left, right) = (Topic::new("/left", Depth::ONE), Topic::new("/right", Depth::ONE));
@@ -131,10 +126,9 @@ impl<'g> Wiring<'g> {
     /// graph.node("stereo", "exact:10".parse::<Match>()?, 0, |wiring| {
     ///     let mut left = wiring.trigger::<u64>(&left);
     ///     let mut right = wiring.trigger::<u64>(&right);
-    ///     move |now| {
-    ///         let (left, right) = (left.latest(now), right.latest(now));
+    ///     move |tick: &mut Tick| {
+    ///         let (left, right) = (tick.read(&mut left), tick.read(&mut right));
     ///         assert_eq!(left.map(|left| left.stamp), right.map(|right| right.stamp));
-    ///         GO_ON
     ///     }
     /// })?;
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -160,7 +154,7 @@ impl<'g> Wiring<'g> {
     }
 
     /// A duration that the node measures, shown under `name`. One that ends with an action is
-    /// measured in [`Node::apply`](crate::Node::apply), as for [`push_age`](Self::push_age).
+    /// measured in [`Node::apply`](crate::Node::apply), when the tick is over.
     pub fn meter(&mut self, name: &str) -> MeterRecorder {
         let meters = &mut self.ends.meters;
         let known = meters.iter().position(|known| known == name);
@@ -170,15 +164,6 @@ impl<'g> Wiring<'g> {
         });
         let records = self.ends.records.clone();
         MeterRecorder { records, meter }
-    }
-
-    /// Declares that the node acts on the world outside of the graph; it records the age
-    /// of the sensing behind each push. It acts and records in
-    /// [`Node::apply`](crate::Node::apply), when its tick is over: `now` in
-    /// [`Node::tick`](crate::Node::tick) is the start of the tick, so an age by it lacks what the
-    /// tick takes.
-    pub fn push_age(&mut self) -> PushRecorder {
-        PushRecorder(self.ends.records.clone())
     }
 
     /// Has the node know how long its last tick took.
@@ -201,15 +186,12 @@ impl<'g> Wiring<'g> {
         Some(self.ends.readers.remove(place).1)
     }
 
-    /// The next reader of `topic`, with its place among all.
-    fn next_reader<T: Payload>(&self, topic: &Topic<T>) -> NodeReader {
+    /// The place of the next reader of `topic` among all.
+    fn next_reader<T: Payload>(&self, topic: &Topic<T>) -> usize {
         let address = topic.address();
         let known = self.known.iter().find(|known| known.address == address);
         let own = self.ends.readers.iter().filter(|(own, _)| *own == address);
-        NodeReader {
-            place: known.map_or(0, |known| known.readers.len()) + own.count(),
-            counter: self.ends.counter.clone(),
-        }
+        known.map_or(0, |known| known.readers.len()) + own.count()
     }
 
     /// The index of `topic`, which may be new to the graph.

@@ -3,8 +3,9 @@
 mod job;
 mod last_tick;
 mod slot;
+mod tick;
 
-use std::{error::Error, ops::ControlFlow};
+use std::error::Error;
 
 use thiserror::Error;
 
@@ -15,21 +16,66 @@ pub(crate) use self::{
 pub use self::{
     job::{Job, JobKind},
     last_tick::LastTick,
+    tick::Tick,
 };
 
 use crate::time::Time;
 
-/// The result of one tick: go on, end the run, or fail.
+/// Whether the run goes on after a tick.
 ///
-/// Ending is a result (a pole fell, a goal was reached); failing is an error,
-/// reported as a [`Fault`] that names the node. Most ticks return [`GO_ON`].
-pub type Tick = Result<ControlFlow<()>, Box<dyn Error + Send + Sync>>;
+/// Ending is a result: a pole fell, a goal was reached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Flow {
+    /// It goes on.
+    Continue,
+    /// It ends.
+    End,
+}
 
-/// The [`Tick`] after which the run goes on.
-pub const GO_ON: Tick = Ok(ControlFlow::Continue(()));
+impl Flow {
+    /// Ends the run if either of two does.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        match self {
+            Self::Continue => other,
+            Self::End => Self::End,
+        }
+    }
+}
 
-/// The [`Tick`] that ends the run.
-pub const END: Tick = Ok(ControlFlow::Break(()));
+/// The result of a tick: how the run goes on, or the failure of the node, reported as a [`Fault`]
+/// that names it.
+pub type TickResult = Result<Flow, Box<dyn Error + Send + Sync>>;
+
+/// What a closure that is a node may return: nothing, a [`Flow`], or a [`TickResult`].
+pub trait IntoTickResult {
+    /// The result of the tick.
+    ///
+    /// # Errors
+    /// The failure of the node.
+    fn into_result(self) -> TickResult;
+}
+
+impl IntoTickResult for () {
+    #[inline]
+    fn into_result(self) -> TickResult {
+        Ok(Flow::Continue)
+    }
+}
+
+impl IntoTickResult for Flow {
+    #[inline]
+    fn into_result(self) -> TickResult {
+        Ok(self)
+    }
+}
+
+impl IntoTickResult for TickResult {
+    #[inline]
+    fn into_result(self) -> TickResult {
+        self
+    }
+}
 
 /// A unit of computation on the graph.
 ///
@@ -38,7 +84,7 @@ pub const END: Tick = Ok(ControlFlow::Break(()));
 /// is independent of the nodes on the other side.
 ///
 /// ```
-/// use ratelab::{Depth, GO_ON, Node, Publisher, Subscription, Tick, Time, Topic};
+/// use ratelab::{Depth, Flow, Node, Publisher, Subscription, Tick, TickResult, Time, Topic};
 ///
 /// /// Publishes the square of the newest number.
 /// struct Square {
@@ -47,41 +93,43 @@ pub const END: Tick = Ok(ControlFlow::Break(()));
 /// }
 ///
 /// impl Node for Square {
-///     fn tick(&mut self, now: Time) -> Tick {
-///         if let Some(number) = self.input.latest(now) {
-///             self.output.publish(number.data.powi(2), now, Some(number.sensed()));
+///     fn tick(&mut self, tick: &mut Tick) -> TickResult {
+///         if let Some(number) = tick.read(&mut self.input) {
+///             tick.publish(&self.output, number.data.powi(2));
 ///         }
-///         GO_ON
+///         Ok(Flow::Continue)
 ///     }
 /// }
 ///
 /// let (numbers, squares) = (Topic::new("/n", Depth::ONE), Topic::new("/n²", Depth::ONE));
 /// let mut square = Square { input: numbers.subscribe(), output: squares.publisher() };
 /// let mut result = squares.subscribe();
-/// numbers.publisher().publish(3.0, Time::ZERO, None);
-/// square.tick(Time::ZERO)?;
-/// assert_eq!(result.latest(Time::ZERO).map(|square| square.data), Some(9.0));
+/// let mut tick = Tick::at(Time::ZERO);
+/// tick.publish(&numbers.publisher(), 3.0);
+/// square.tick(&mut tick)?;
+/// assert_eq!(tick.read(&mut result).map(|square| square.data), Some(9.0));
 /// # Ok::<(), Box<dyn std::error::Error + Send + Sync>>(())
 /// ```
 ///
-/// A closure that takes the run time and returns a [`Tick`] is a node as well.
+/// A closure that takes the [`Tick`] is a node as well; it may return nothing, a [`Flow`] or a
+/// [`TickResult`].
 pub trait Node: Send {
-    /// Does one period's work at run time `now`.
+    /// Does one period's work.
     ///
     /// # Errors
     /// Any failure of the node. The run ends with a [`Fault`]; after a [`NodeCrash`] it goes on
     /// without the node.
-    fn tick(&mut self, now: Time) -> Tick;
+    fn tick(&mut self, tick: &mut Tick) -> TickResult;
 
-    /// Applies the decision of a tick to the world outside of the graph, at run time
-    /// `now`, when the tick is over. Most nodes only publish, and their messages wait for
-    /// the end of the tick automatically; see [`Knob::Takes`](crate::Knob::Takes).
+    /// Applies the decision of a tick to the world outside of the graph, when the tick is over. Most
+    /// nodes only publish, and their messages wait for the end of the tick automatically; see
+    /// [`Knob::Takes`](crate::Knob::Takes).
     ///
     /// # Errors
     /// Any failure of the node. The run ends with a [`Fault`].
-    fn apply(&mut self, now: Time) -> Tick {
-        let _ = now;
-        GO_ON
+    fn apply(&mut self, tick: &mut Tick) -> TickResult {
+        let _ = tick;
+        Ok(Flow::Continue)
     }
 
     /// Resets the node to its state when it was built, as a restart of a program does.
@@ -122,9 +170,13 @@ pub trait Node: Send {
     }
 }
 
-impl<F: FnMut(Time) -> Tick + Send> Node for F {
-    fn tick(&mut self, now: Time) -> Tick {
-        self(now)
+impl<F, R> Node for F
+where
+    F: FnMut(&mut Tick) -> R + Send,
+    R: IntoTickResult,
+{
+    fn tick(&mut self, tick: &mut Tick) -> TickResult {
+        self(tick).into_result()
     }
 }
 

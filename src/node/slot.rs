@@ -1,19 +1,18 @@
 //! A node in a graph: what does the work, on whatever thread.
 
 use std::{
-    ops::ControlFlow,
     panic::{AssertUnwindSafe, catch_unwind},
     time::Duration,
 };
 
 use super::{
-    GO_ON, Node, Panicked, Tick,
+    Flow, Node, Panicked, TickResult,
     job::{Job, JobKind, WorkTimes},
     last_tick::LastTick,
+    tick::Tick,
 };
 use crate::{
     control::knob::{Knob, KnobKind},
-    counter::TickCounter,
     record::{NodeRecord, RecordSender, TickTimes},
     sync::Arc,
     time::Time,
@@ -29,6 +28,8 @@ pub(crate) struct NodeSlot {
     panicked: Option<Panicked>,
     ends: Ends,
     fixed: Fixed,
+    /// What the node gets for its ticks.
+    tick: Tick,
     /// The tick that has begun and is not yet over.
     running: Option<RunningTick>,
 }
@@ -39,7 +40,6 @@ pub(crate) struct Ends {
     /// The way of its records.
     pub(crate) records: RecordSender,
     pub(crate) outbox: Arc<Outbox>,
-    pub(crate) counter: Arc<TickCounter>,
     /// Where it reads how long its last tick took, if it wants to know.
     pub(crate) last_tick: Option<LastTick>,
     /// Names of its measurements.
@@ -55,7 +55,7 @@ struct RunningTick {
     began: Time,
     lateness: Option<Duration>,
     /// Whether the run ends after it.
-    flow: ControlFlow<()>,
+    flow: Flow,
     /// Whether it is already recorded, because the run ended before it was over.
     noted: bool,
 }
@@ -88,10 +88,12 @@ pub(crate) struct Rebuild {
 
 impl NodeSlot {
     pub(crate) fn new(node: Box<dyn Node>, ends: Ends, fixed: Fixed) -> Self {
+        let is_reader = !ends.readers.is_empty();
         Self {
             node,
             again: None,
             panicked: None,
+            tick: Tick::of_node(ends.records.clone(), ends.outbox.clone(), is_reader),
             ends,
             fixed,
             running: None,
@@ -109,7 +111,7 @@ impl NodeSlot {
     /// Does a job at run time `now`. A whole tick `lasts` under the real clock, which then has its
     /// begin and its end recorded.
     #[inline]
-    pub(crate) fn work(&mut self, job: Job, now: Time, lasts: bool) -> Tick {
+    pub(crate) fn work(&mut self, job: Job, now: Time, lasts: bool) -> TickResult {
         match job.kind {
             JobKind::Tick { .. } => self.tick(now, lasts),
             JobKind::Begin => self.begin_lasting(now, job.lateness()),
@@ -119,13 +121,13 @@ impl NodeSlot {
 
     /// Records what that job has ended, and returns whether it ends the run.
     #[inline]
-    pub(crate) fn done(&mut self, job: Job, times: WorkTimes, outcome: Tick) -> Tick {
+    pub(crate) fn done(&mut self, job: Job, times: WorkTimes, outcome: TickResult) -> TickResult {
         let WorkTimes { began, took, .. } = times;
         match job.kind {
             JobKind::Tick { is_instant } => {
                 self.took(times.ended.since(began));
                 self.record(|| TickTimes {
-                    number: self.ends.counter.number(),
+                    number: self.tick.number(),
                     at: began,
                     lateness: job.lateness(),
                     took: if is_instant {
@@ -144,14 +146,15 @@ impl NodeSlot {
     }
 
     /// Runs a whole tick, which `lasts` under the real clock.
-    fn tick(&mut self, now: Time, lasts: bool) -> Tick {
-        self.ends.counter.begin();
+    fn tick(&mut self, now: Time, lasts: bool) -> TickResult {
+        self.tick.begin(now);
         if lasts {
             self.record_begin();
         }
-        let outcome = self.unless_panicked(|node| {
-            let flow = node.tick(now)?;
-            Ok(flow_of_both(flow, node.apply(now)?))
+        let outcome = self.unless_panicked(|node, tick| {
+            let flow = node.tick(tick)?;
+            tick.end(now);
+            Ok(flow.and(node.apply(tick)?))
         });
         if lasts {
             self.record_end();
@@ -160,22 +163,22 @@ impl NodeSlot {
     }
 
     /// Begins a tick that takes time: its messages wait for the end.
-    fn begin_lasting(&mut self, now: Time, lateness: Option<Duration>) -> Tick {
-        self.ends.counter.begin();
+    fn begin_lasting(&mut self, now: Time, lateness: Option<Duration>) -> TickResult {
+        self.tick.begin(now);
         self.record_begin();
         self.ends.outbox.hold(true);
-        let outcome = self.unless_panicked(|node| node.tick(now));
+        let outcome = self.unless_panicked(|node, tick| node.tick(tick));
         self.ends.outbox.hold(false);
         match outcome {
             Ok(flow) => {
                 self.running = Some(RunningTick {
-                    number: self.ends.counter.number(),
+                    number: self.tick.number(),
                     began: now,
                     lateness,
                     flow,
                     noted: false,
                 });
-                GO_ON
+                Ok(Flow::Continue)
             }
             Err(_) => {
                 self.record_end();
@@ -185,15 +188,18 @@ impl NodeSlot {
     }
 
     /// Ends that tick.
-    fn end_lasting(&mut self, now: Time) -> Tick {
+    fn end_lasting(&mut self, now: Time) -> TickResult {
         self.ends.outbox.publish_held(now);
-        let applied = self.guarded(|node| node.apply(now));
+        let applied = self.guarded(|node, tick| {
+            tick.end(now);
+            node.apply(tick)
+        });
         self.record_end();
         applied
     }
 
     /// Records that tick, which is over at `now`, and returns whether it ends the run.
-    fn lasting_done(&mut self, now: Time, applied: Tick) -> Tick {
+    fn lasting_done(&mut self, now: Time, applied: TickResult) -> TickResult {
         let Some(running) = self.running.take() else {
             return applied;
         };
@@ -201,7 +207,7 @@ impl NodeSlot {
         if !running.noted {
             self.record(|| running.times(Some(now)));
         }
-        Ok(flow_of_both(running.flow, applied?))
+        Ok(running.flow.and(applied?))
     }
 
     /// Records that tick as unfinished, once.
@@ -238,7 +244,10 @@ impl NodeSlot {
     }
 
     /// Does `work` of a tick, or fails after a panic between two ticks.
-    fn unless_panicked(&mut self, work: impl FnOnce(&mut dyn Node) -> Tick) -> Tick {
+    fn unless_panicked(
+        &mut self,
+        work: impl FnOnce(&mut dyn Node, &mut Tick) -> TickResult,
+    ) -> TickResult {
         match self.panicked.take() {
             Some(panicked) => Err(panicked.into()),
             None => self.guarded(work),
@@ -246,8 +255,9 @@ impl NodeSlot {
     }
 
     /// Runs `work` and turns a panic into an error.
-    fn guarded(&mut self, work: impl FnOnce(&mut dyn Node) -> Tick) -> Tick {
-        caught(|| work(&mut *self.node)).unwrap_or_else(|panicked| Err(panicked.into()))
+    fn guarded(&mut self, work: impl FnOnce(&mut dyn Node, &mut Tick) -> TickResult) -> TickResult {
+        caught(|| work(&mut *self.node, &mut self.tick))
+            .unwrap_or_else(|panicked| Err(panicked.into()))
     }
 
     /// Has the node obey. After a panic its state may be inconsistent, so its next tick
@@ -278,7 +288,7 @@ impl NodeSlot {
             return self.node.restart();
         };
         // The node's ends of topics go with it.
-        self.node = Box::new(|_: Time| GO_ON);
+        self.node = Box::new(|_: &mut Tick| {});
         self.node = (again.build)(self.ends.clone());
         match &again.message {
             Some(text) => self.node.on_message(text).map(drop),
@@ -290,14 +300,6 @@ impl NodeSlot {
     #[inline]
     fn record(&self, times: impl FnOnce() -> TickTimes) {
         self.ends.records.node(|| NodeRecord::Ticked(times()));
-    }
-}
-
-/// Ends the run if either part of a tick does.
-fn flow_of_both(first: ControlFlow<()>, second: ControlFlow<()>) -> ControlFlow<()> {
-    match first {
-        ControlFlow::Break(()) => first,
-        ControlFlow::Continue(()) => second,
     }
 }
 

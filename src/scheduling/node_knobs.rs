@@ -1,14 +1,12 @@
 //! Knobs of nodes: some are of the node, all others of its schedule.
 
-use std::ops::ControlFlow;
-
 use super::{
     schedule::Schedule,
     scheduler::{Member, SchedulerEvent},
 };
 use crate::{
     control::{event::EventKind, knob::Knob, state::RunState},
-    node::{Fault, NodeCrash, NodeSlot, Tick},
+    node::{Fault, Flow, NodeCrash, NodeSlot, TickResult},
     record::NodeRecord,
     time::Time,
 };
@@ -95,16 +93,16 @@ impl Schedule {
         slot: &mut NodeSlot,
         node: usize,
         at: Time,
-        outcome: Tick,
+        outcome: TickResult,
         state: &RunState,
-    ) -> Result<ControlFlow<()>, Fault> {
+    ) -> Result<Flow, Fault> {
         match outcome {
             Ok(flow) => Ok(flow),
             Err(cause) if cause.is::<NodeCrash>() => {
                 self.crash(node, slot, at);
                 let (node, cause) = (self.name(node), cause.to_string());
                 state.note(at, EventKind::Crashed { node, cause });
-                Ok(ControlFlow::Continue(()))
+                Ok(Flow::Continue)
             }
             Err(cause) => {
                 let node = self.name(node);

@@ -22,25 +22,22 @@ use crate::{
 /// | loss | counted as overruns of the node | a full queue drops its oldest: a drop of the topic |
 ///
 /// ```
-/// use ratelab::{Clock, Depth, GO_ON, Graph, Hz, Inbox, Time, Topic, VirtualClock};
+/// use ratelab::{Clock, Depth, Graph, Hz, Inbox, Tick, Time, Topic, VirtualClock};
 /// use ratelab_effects::Match;
 ///
 /// let image = Topic::new("/image", Depth::ONE);
 /// let mut graph = Graph::new();
 /// graph.node("camera", Hz::new(30.0)?, 0, |wiring| {
 ///     let image = wiring.publisher(&image);
-///     move |now| {
-///         image.publish((), now, None);
-///         GO_ON
-///     }
+///     move |tick: &mut Tick| tick.publish(&image, ())
 /// })?;
 /// let detected = Topic::new("/detected", Depth::ONE);
 /// graph.node("detector", Match::Each, 1, |wiring| {
 ///     let (mut image, detected) = (wiring.trigger(&image), wiring.publisher(&detected));
-///     move |now| {
-///         assert_eq!(image.latest(now).expect("the image that arrived").stamp, now);
-///         detected.publish((), now, None);
-///         GO_ON
+///     move |tick: &mut Tick| {
+///         let image = tick.read(&mut image).expect("the image that arrived");
+///         assert_eq!(image.stamp, tick.now());
+///         tick.publish(&detected, ());
 ///     }
 /// })?;
 /// let end = Time::from_secs_f64(1.0)?;

@@ -1,6 +1,6 @@
 //! What happens to the nodes of some task sets next, whatever the clock.
 
-use std::{collections::BTreeSet, mem::take, ops::ControlFlow};
+use std::{collections::BTreeSet, mem::take};
 
 use super::{
     agenda::{Agenda, AgendaItem},
@@ -12,7 +12,7 @@ use crate::{
     arrival::Arrival,
     control::{command::ClockKind, state::RunState},
     journal::AfterEnd,
-    node::{Fault, Job, JobKind, NodeSlot, Tick, WorkTimes},
+    node::{Fault, Flow, Job, JobKind, NodeSlot, TickResult, WorkTimes},
     time::Time,
 };
 
@@ -242,9 +242,9 @@ impl Schedule {
         slot: &mut NodeSlot,
         work: Assignment,
         times: WorkTimes,
-        outcome: Tick,
+        outcome: TickResult,
         state: &RunState,
-    ) -> Result<ControlFlow<()>, Fault> {
+    ) -> Result<Flow, Fault> {
         let (job, missed_before) = (work.job, times.missed_before);
         if outcome.is_ok() || job.kind != JobKind::Begin {
             let done = SchedulerEvent::Done { job, missed_before };

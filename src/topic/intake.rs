@@ -10,7 +10,7 @@ use super::{
     Subscription, Topic,
     message::Payload,
     queue::Bus,
-    readers::{NodeReader, TopicReader, TriggerEnd},
+    readers::{TopicReader, TriggerEnd},
 };
 use crate::{arrival::Arrivals, record::TopicRecord, sync::Arc, time::Time};
 
@@ -46,16 +46,16 @@ pub struct TakenMessage {
 }
 
 impl<T: Payload> Topic<T> {
-    /// Creates a subscription, this `reader` of the topic, whose messages trigger the node with index
+    /// Creates a subscription, the reader at this `place` of the topic, whose messages trigger the node with index
     /// `node` as its input number `input`.
     pub(crate) fn trigger(
         &self,
-        reader: NodeReader,
+        place: usize,
         (node, input): (usize, usize),
         arrivals: &Arc<Arrivals>,
     ) -> (Subscription<T>, Box<dyn Intake>) {
         let mut bus = self.0.lock();
-        let reader = bus.add_reader(Some(reader));
+        let reader = bus.add_reader(Some(place));
         bus.has_triggers = true;
         bus.readers[reader].trigger = Some(Box::new(TriggerEnd {
             node,
@@ -119,7 +119,7 @@ impl<T: Payload> Intake for TopicIntake<T> {
             end.chosen = place.and_then(|place| end.taken.remove(place));
             end.is_new = true;
         }
-        if let Some(reader) = reader.place() {
+        if let Some(reader) = reader.place {
             bus.send_record(|| TopicRecord::Matched {
                 reader,
                 seq,
@@ -130,8 +130,8 @@ impl<T: Payload> Intake for TopicIntake<T> {
 
     fn forget_before(&mut self, seq: Option<u64>) {
         let mut bus = self.bus.lock();
-        let TopicReader { trigger, node, .. } = &mut bus.readers[self.reader];
-        let (Some(end), Some(NodeReader { place: reader, .. })) = (trigger, node) else {
+        let TopicReader { trigger, place, .. } = &mut bus.readers[self.reader];
+        let (Some(end), Some(reader)) = (trigger, place) else {
             return;
         };
         let (kept, taken) = (seq.unwrap_or(u64::MAX), end.taken.len());

@@ -1,6 +1,9 @@
 //! Messages on a topic.
 
-use crate::{record::Head, time::Time};
+use crate::{
+    record::{Head, MessageId},
+    time::Time,
+};
 
 /// A type that a topic can carry: plain data that can be copied to any thread.
 pub trait Payload: Clone + Send + 'static {}
@@ -21,6 +24,10 @@ pub struct Message<T> {
     /// that sensed shows it: the header stamp of ROS. The last node of a chain uses it to measure
     /// the delay of the whole chain.
     pub origin: Option<Time>,
+    /// The node whose data it has.
+    pub(super) source: SourceRank,
+    /// Index of its topic; the highest number outside of a graph.
+    pub(super) topic: u32,
 }
 
 impl<T> Message<T> {
@@ -31,12 +38,82 @@ impl<T> Message<T> {
             stamp: head.stamp,
             seq: head.seq,
             origin: head.origin,
+            source: SourceRank::UNKNOWN,
+            topic: u32::MAX,
         }
     }
 
     /// Run time of the sensing behind the value; the message's own stamp if it has no
     /// origin.
+    #[inline]
     pub fn sensed(&self) -> Time {
         self.origin.unwrap_or(self.stamp)
+    }
+
+    /// What another message that is derived from this one has of it.
+    #[inline]
+    pub fn cause(&self) -> Cause {
+        let (topic, seq) = (self.topic, self.seq);
+        let is_known = topic != u32::MAX;
+        Cause {
+            message: is_known.then_some(MessageId {
+                topic: topic as usize,
+                seq,
+            }),
+            sensed: self.sensed(),
+            source: self.source,
+        }
+    }
+}
+
+/// What a message is derived from, for a node that keeps it longer than the message itself; see
+/// [`Tick::publish_from`](crate::Tick::publish_from).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cause {
+    /// The message; `None` outside of a graph.
+    pub(crate) message: Option<MessageId>,
+    /// Run time of the sensing behind it.
+    pub(crate) sensed: Time,
+    pub(crate) source: SourceRank,
+}
+
+impl Cause {
+    /// The same with another run time of the sensing, such as a mean of two.
+    #[must_use]
+    pub fn sensed_at(self, sensed: Time) -> Self {
+        Self { sensed, ..self }
+    }
+
+    /// The one that counts: the data of the first source, and of one source the newest.
+    #[inline]
+    pub(crate) fn newer(self, other: Self) -> Self {
+        let is_newer = self.source == other.source && other.sensed > self.sensed;
+        if other.source < self.source || is_newer {
+            other
+        } else {
+            self
+        }
+    }
+}
+
+impl<T> From<&Message<T>> for Cause {
+    fn from(message: &Message<T>) -> Self {
+        message.cause()
+    }
+}
+
+/// The rank of a node that begins data: nodes that read nothing come first, each in the order of the
+/// graph, then those that had read nothing yet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct SourceRank(u32);
+
+impl SourceRank {
+    /// The rank of what comes from outside of the graph.
+    pub(crate) const UNKNOWN: Self = Self(u32::MAX);
+
+    /// The rank of the node with this index, which `reads` topics or does not.
+    pub(crate) fn of(node: usize, reads: bool) -> Self {
+        let node = node as u32 & (u32::MAX >> 2);
+        Self(if reads { node | 1 << 31 } else { node })
     }
 }

@@ -10,12 +10,12 @@
 //! | publish, room in the buffer | no drop |
 //! | publish into a full buffer, oldest message unread by a subscription | that subscription counts one drop |
 //! | publish into a full buffer, oldest message already read or passed over | no drop |
-//! | `latest()` on a topic that never carried a message | `None` |
-//! | `latest()` | the newest message; everything older counts as seen |
-//! | `latest()` again with nothing new | the same message again (zero-order hold), no drop |
-//! | `next()` | the oldest unread message; none if all are read |
+//! | `read()` on a topic that never carried a message | `None` |
+//! | `read()` | the newest message; everything older counts as seen |
+//! | `read()` again with nothing new | the same message again (zero-order hold), no drop |
+//! | `read_next()` | the oldest unread message; none if all are read |
 //! | two subscriptions, one slow | only the slow one counts drops |
-//! | subscribing late | `latest()` gives the newest message; earlier ones never count as drops |
+//! | subscribing late | `read()` gives the newest message; earlier ones never count as drops |
 //! | depth 0 | refused: [`DepthError`] |
 //! | queue made shallower while running | the oldest go; those unread count as dropped |
 //! | queue made deeper while running | nothing is lost, nothing returns |
@@ -37,11 +37,11 @@ mod readers;
 mod subscription;
 
 use self::queue::{Bus, Queue};
-pub(crate) use self::{any::AnyTopic, outbox::Outbox, readers::NodeReader};
+pub(crate) use self::{any::AnyTopic, message::SourceRank, outbox::Outbox, queue::Publication};
 pub use self::{
     channel::Channel,
     intake::{Intake, TakenMessage},
-    message::{Message, Payload},
+    message::{Cause, Message, Payload},
     outbox::Stamps,
     publisher::Publisher,
     subscription::Subscription,
@@ -60,16 +60,16 @@ use crate::{
 /// [`Graph`](crate::Graph).
 ///
 /// ```
-/// use ratelab::{Depth, Time, Topic};
+/// use ratelab::{Depth, Tick, Time, Topic};
 ///
 /// let topic = Topic::new("/range", Depth::ONE);
 /// let publisher = topic.publisher();
 /// let mut subscription = topic.subscribe();
 ///
-/// publisher.publish(1.7, Time::from_nanos(1), None);
-/// publisher.publish(1.6, Time::from_nanos(2), None);
+/// Tick::at(Time::from_nanos(1)).publish(&publisher, 1.7);
+/// Tick::at(Time::from_nanos(2)).publish(&publisher, 1.6);
 ///
-/// let newest = subscription.latest(Time::from_nanos(3)).expect("published");
+/// let newest = Tick::at(Time::from_nanos(3)).read(&mut subscription).expect("published");
 /// assert_eq!(newest.data, 1.6);
 /// assert_eq!(subscription.dropped(), 1); // 1.7 was lost unread
 /// ```
@@ -97,16 +97,6 @@ impl<T: Payload> Topic<T> {
     pub fn publisher(&self) -> Publisher<T> {
         Publisher {
             bus: self.0.clone(),
-            outbox: None,
-        }
-    }
-
-    /// Creates the publishing end of a node, whose messages are held back in `outbox` during a tick
-    /// that takes time.
-    pub(crate) fn publisher_through(&self, outbox: &Arc<Outbox>) -> Publisher<T> {
-        Publisher {
-            bus: self.0.clone(),
-            outbox: Some(outbox.clone()),
         }
     }
 
@@ -116,9 +106,10 @@ impl<T: Payload> Topic<T> {
         self.subscribe_as(None)
     }
 
-    /// Creates the reading end of a node, or one outside of a graph.
-    pub(crate) fn subscribe_as(&self, node: Option<NodeReader>) -> Subscription<T> {
-        let reader = self.0.lock().add_reader(node);
+    /// Creates the reading end of a node, at this place among the readers of the topic, or one outside
+    /// of a graph.
+    pub(crate) fn subscribe_as(&self, place: Option<usize>) -> Subscription<T> {
+        let reader = self.0.lock().add_reader(place);
         let bus = self.0.clone();
         Subscription { bus, reader }
     }

@@ -3,8 +3,6 @@
 use std::fmt;
 
 use crate::{
-    counter::TickCounter,
-    record::TickId,
     sync::{
         Arc, Mutex,
         atomic::{AtomicBool, Ordering},
@@ -19,15 +17,13 @@ pub type Stamps = Arc<dyn Fn(Time) -> Time + Send + Sync>;
 /// Publishes one message; takes the run time and the stamp.
 type Held = Box<dyn FnOnce(Time, Time) + Send>;
 
-/// Holds the messages of a node's publishers during a tick with a duration, or stamps
+/// Holds the messages of a node during a tick with a duration, or stamps
 /// them while the node's clock has an error.
 #[derive(Default)]
 pub(crate) struct Outbox {
     /// Whether messages must pass through this outbox.
     needed: AtomicBool,
     state: Mutex<OutboxState>,
-    /// Counts the ticks of the node.
-    counter: Arc<TickCounter>,
 }
 
 #[derive(Default)]
@@ -45,19 +41,6 @@ impl OutboxState {
 }
 
 impl Outbox {
-    /// The outbox of the node whose ticks this counts.
-    pub(crate) fn new(counter: Arc<TickCounter>) -> Self {
-        Self {
-            counter,
-            ..Self::default()
-        }
-    }
-
-    /// The tick that publishes now.
-    pub(crate) fn tick(&self) -> TickId {
-        self.counter.tick()
-    }
-
     /// Whether messages must pass through this outbox.
     pub(crate) fn is_needed(&self) -> bool {
         self.needed.load(Ordering::Relaxed)

@@ -4,30 +4,32 @@ use std::{any::Any, collections::VecDeque};
 
 use super::{
     channel::Transit,
-    message::{Message, Payload},
-    readers::{NodeReader, TopicReader, TriggerEnd},
+    message::{Message, Payload, SourceRank},
+    readers::{TopicReader, TriggerEnd},
 };
 use crate::{
     arrival::Arrival,
     qos::{Depth, ReadOrder},
-    record::{Head, MessageId, RecordSender, TickId, TopicRecord},
+    record::{Derived, Head, RecordSender, TickId, TopicRecord},
     shared::Shared,
     time::Time,
 };
 
 /// When a message is published, and by whom.
 #[derive(Clone, Copy)]
-pub(super) struct Publication {
+pub(crate) struct Publication {
     /// Run time.
-    pub(super) at: Time,
+    pub(crate) at: Time,
     /// That time as the clock of the publisher shows it.
-    pub(super) stamp: Time,
+    pub(crate) stamp: Time,
     /// Run time of the sensing behind it, if known.
-    pub(super) origin: Option<Time>,
+    pub(crate) origin: Option<Time>,
+    /// The node whose data it has.
+    pub(crate) source: SourceRank,
     /// The tick of a node that publishes it.
-    pub(super) by: Option<TickId>,
-    /// The message that it was derived from, where the node names one.
-    pub(super) from: Option<MessageId>,
+    pub(crate) by: Option<TickId>,
+    /// What it was derived from.
+    pub(crate) from: Derived,
 }
 
 /// What the handles of a topic and its ends share.
@@ -41,9 +43,9 @@ pub(super) struct Queue<T> {
     pub(super) next_seq: u64,
     /// Run time of the newest publication.
     pub(super) newest_at: Time,
-    /// The tick that published it, and the message that it was derived from.
+    /// The tick that published it, and what it was derived from.
     newest_by: Option<TickId>,
-    newest_from: Option<MessageId>,
+    newest_from: Derived,
     pub(super) order: ReadOrder,
     /// Messages in flight, while the topic has a link.
     pub(super) transit: Option<Box<Transit<T>>>,
@@ -63,7 +65,7 @@ impl<T: Payload> Queue<T> {
             next_seq: 0,
             newest_at: Time::ZERO,
             newest_by: None,
-            newest_from: None,
+            newest_from: Derived::Reads,
             order: ReadOrder::Newest,
             transit: None,
             has_triggers: false,
@@ -74,12 +76,12 @@ impl<T: Payload> Queue<T> {
 
     /// Adds a reader, of a `node` of a graph or outside of one; returns its index. It has seen all
     /// that is delivered.
-    pub(super) fn add_reader(&mut self, node: Option<NodeReader>) -> usize {
+    pub(super) fn add_reader(&mut self, place: Option<usize>) -> usize {
         let next = (self.transit.as_ref()).map_or(self.next_seq, |transit| transit.next_delivered);
-        let reader = TopicReader::new(next, node);
+        let reader = TopicReader::new(next, place);
         let mut known = self.readers.iter();
         // Nobody comes back to one outside of a graph.
-        match known.position(|known| !known.is_open && known.node.is_none()) {
+        match known.position(|known| !known.is_open && known.place.is_none()) {
             Some(free) => {
                 self.readers[free] = reader;
                 free
@@ -98,6 +100,7 @@ impl<T: Payload> Queue<T> {
             at: now,
             stamp,
             origin,
+            source,
             by,
             from,
         } = publication;
@@ -109,6 +112,11 @@ impl<T: Payload> Queue<T> {
             stamp,
             seq,
             origin,
+            source,
+            topic: self
+                .records
+                .as_ref()
+                .map_or(u32::MAX, |it| it.index() as u32),
         };
         let arrives = match self.transit {
             None => {
@@ -268,7 +276,7 @@ impl<T> Queue<T> {
         for known in self.readers.iter_mut().filter(|reader| reader.is_open) {
             if known.next_unread <= evicted.seq {
                 known.dropped += 1;
-                let (reader, at) = (known.place(), now);
+                let (reader, at) = (known.place, now);
                 if let Some(records) = &self.records {
                     records.topic(|| TopicRecord::Dropped { reader, at });
                 }

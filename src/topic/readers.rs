@@ -5,19 +5,9 @@ use std::collections::VecDeque;
 use super::message::Message;
 use crate::{
     arrival::{Arrival, Arrivals},
-    counter::TickCounter,
     sync::Arc,
     time::Time,
 };
-
-/// A node of a graph as a reader of a topic.
-#[derive(Clone, Debug)]
-pub(crate) struct NodeReader {
-    /// Its place among the readers of the topic.
-    pub(crate) place: usize,
-    /// Counts the ticks of the node.
-    pub(crate) counter: Arc<TickCounter>,
-}
 
 /// Read position and losses of a subscription.
 pub(super) struct TopicReader<T> {
@@ -25,8 +15,8 @@ pub(super) struct TopicReader<T> {
     pub(super) next_unread: u64,
     /// Messages evicted before it saw them.
     pub(super) dropped: u64,
-    /// The node that reads; `None` outside of a graph.
-    pub(super) node: Option<NodeReader>,
+    /// Its place among the readers of the topic in a graph; `None` outside.
+    pub(super) place: Option<usize>,
     /// Whether its subscription is there. A node that is built once more finds its reader again.
     pub(super) is_open: bool,
     /// Set if its messages trigger its node.
@@ -35,19 +25,14 @@ pub(super) struct TopicReader<T> {
 
 impl<T> TopicReader<T> {
     /// One that has seen all messages before number `next`.
-    pub(super) fn new(next: u64, node: Option<NodeReader>) -> Self {
+    pub(super) fn new(next: u64, place: Option<usize>) -> Self {
         Self {
             next_unread: next,
             dropped: 0,
-            node,
+            place,
             is_open: true,
             trigger: None,
         }
-    }
-
-    /// Its place among the readers of the topic in a graph; `None` outside.
-    pub(super) fn place(&self) -> Option<usize> {
-        self.node.as_ref().map(|node| node.place)
     }
 }
 

@@ -13,15 +13,15 @@ fn sets(matching: Match, inputs: usize, messages: &[(usize, u64)], executor: &st
     let sender = graph.node("sender", 1000.0, 0, |wiring| {
         let to: Vec<_> = topics.iter().map(|topic| wiring.publisher(topic)).collect();
         let mut counts = vec![0u64; inputs];
-        move |now: Time| {
+        move |tick: &mut Tick| {
+            let now = tick.now();
             let sent = (now.as_nanos() / 1_000_000).checked_sub(1);
             let message = sent.and_then(|index| messages.get(usize::try_from(index).ok()?));
             if let Some((topic, stamp)) = message {
                 let stamp = Time::from_nanos(stamp * 1000);
-                to[*topic].publish(counts[*topic], now, Some(stamp));
+                tick.publish_stamped(&to[*topic], counts[*topic], stamp);
                 counts[*topic] += 1;
             }
-            GO_ON
         }
     });
     sender.expect("a node");
@@ -29,15 +29,15 @@ fn sets(matching: Match, inputs: usize, messages: &[(usize, u64)], executor: &st
     let found = sets.clone();
     let matcher = graph.node("matcher", matching, 1, |wiring| {
         let mut from: Vec<_> = topics.iter().map(|topic| wiring.trigger(topic)).collect();
-        move |now: Time| {
+        move |tick: &mut Tick| {
+            let now = tick.now();
             let read = from.iter_mut().map(|topic| {
-                let message = topic.latest(now).expect("a message of each topic");
+                let message = tick.read(topic).expect("a message of each topic");
                 message.data.to_string()
             });
             let read: Vec<_> = read.collect();
             let set = format!("{}:{}", now.as_nanos() / 1_000_000, read.join("+"));
             found.lock().expect("no panic").push(set);
-            GO_ON
         }
     });
     matcher.expect("a node");

@@ -96,28 +96,22 @@ fn exposure(order: [usize; 2]) -> Arc<dyn System> {
         let graph = builder.graph();
         graph.node("camera", hz(10.0), 0, |wiring| {
             let outputs = order.map(|topic| wiring.publisher(&names[topic]));
-            move |now| {
-                outputs
-                    .iter()
-                    .for_each(|output| output.publish(1.0, now, None));
-                GO_ON
+            move |tick: &mut Tick| {
+                outputs.iter().for_each(|output| tick.publish(output, 1.0));
             }
         })?;
         graph.node("planner", hz(100.0), 1, |wiring| {
             let mut images = order.map(|topic| wiring.subscription::<f64>(&names[topic]));
             let act = wiring.publisher(&act);
-            move |now| {
-                let read = images.each_mut().map(|image| image.latest(now));
+            move |tick: &mut Tick| {
+                let read = images.each_mut().map(|image| tick.read(image));
                 if let Some(image) = &read[order[0]] {
-                    act.publish(2.0 * image.data, now, Some(image.sensed()));
+                    tick.publish(&act, 2.0 * image.data);
                 }
-                GO_ON
             }
         })?;
-        graph.node("motor", hz(100.0), 2, |wiring| Motor {
-            act: wiring.subscription(&act),
-            age: wiring.push_age(),
-            sensed: None,
+        graph.node("motor", hz(100.0), 2, |wiring| {
+            Motor(wiring.subscription(&act))
         })?;
         let late = knob("link /b delay:60");
         graph.set(&late).map_err(BuildError::Setting)?;
@@ -126,23 +120,13 @@ fn exposure(order: [usize; 2]) -> Arc<dyn System> {
 }
 
 /// Acts on what it read last.
-struct Motor {
-    act: Subscription<f64>,
-    age: PushRecorder,
-    sensed: Option<Time>,
-}
+struct Motor(Subscription<f64>);
 
 impl Node for Motor {
-    fn tick(&mut self, now: Time) -> Tick {
-        self.sensed = self.act.latest(now).map(|act| act.sensed());
-        GO_ON
-    }
-
-    fn apply(&mut self, now: Time) -> Tick {
-        if let Some(sensed) = self.sensed {
-            self.age.push(now, sensed);
-        }
-        GO_ON
+    fn tick(&mut self, tick: &mut Tick) -> TickResult {
+        tick.read(&mut self.0);
+        tick.act();
+        Ok(Flow::Continue)
     }
 }
 

@@ -17,11 +17,11 @@ fn seconds(times: &[Time]) -> String {
 fn trio(commander: Sender<Command>, commands: Vec<Command>) -> (TickLog, Graph) {
     let (log, mut graph) = (TickLog::default(), Graph::with(Effects));
     let mut commands = commands.into_iter();
-    log.node_that(&mut graph, "a", 10.0, 0, move |_| {
+    log.node_that(&mut graph, "a", 10.0, 0, move |_: &mut Tick| {
         for command in commands.by_ref() {
             commander.send(command)?;
         }
-        GO_ON
+        Ok(Flow::Continue)
     });
     log.node(&mut graph, "b", 10.0, 1);
     log.node(&mut graph, "c", 10.0, 2);
@@ -156,12 +156,12 @@ fn a_paused_run_stands_still_until_it_is_resumed() {
 struct Button(Publisher<()>);
 
 impl Node for Button {
-    fn tick(&mut self, _: Time) -> Tick {
-        GO_ON
+    fn tick(&mut self, _: &mut Tick) -> TickResult {
+        Ok(Flow::Continue)
     }
 
     fn set_parameter(&mut self, _: &str, _: &str, now: Time) -> Result<String, String> {
-        self.0.publish((), now, None);
+        Tick::at(now).publish(&self.0, ());
         Ok(String::new())
     }
 }
@@ -186,9 +186,8 @@ fn a_reader_that_a_node_has_only_since_its_restart_counts_for_no_other_node() {
     let build = move |wiring: &mut Wiring<'_>| {
         ears += 1;
         let mut ends: Vec<_> = (0..ears).map(|_| wiring.subscription(&word)).collect();
-        move |now| {
-            ends[0].latest(now);
-            GO_ON
+        move |tick: &mut Tick| {
+            tick.read(&mut ends[0]);
         }
     };
     let hz = Hz::new(10.0).expect("a rate");

@@ -239,7 +239,7 @@ fn nothing_is_released_after_the_end() {
 #[test]
 fn a_single_step_is_a_tick_and_no_end_of_one() {
     let (mut graph, _) = beacon(100.0);
-    worker(&mut graph, "other", 100.0, 1, |_| GO_ON);
+    worker(&mut graph, "other", 100.0, 1, |_: &mut Tick| {});
     let observer = Observer::of(&graph);
     let (live, mut inbox) = Inbox::new(Vec::new());
     for text in ["pause", "takes beacon 5", "step", "step", "step"] {

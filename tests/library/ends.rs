@@ -34,12 +34,16 @@ fn an_unattended_pole_falls() {
 }
 
 /// The fault of a graph whose second node runs `work` from 0.02 s on.
-fn check_fault(work: fn() -> Tick, expected: &str) {
+fn check_fault(work: fn() -> TickResult, expected: &str) {
     for mut clock in clocks() {
         let (log, mut graph) = (TickLog::default(), Graph::with(Effects));
         log.node(&mut graph, "healthy", 100.0, 0);
-        log.node_that(&mut graph, "sick", 100.0, 1, move |now| {
-            if now < secs(0.02) { GO_ON } else { work() }
+        log.node_that(&mut graph, "sick", 100.0, 1, move |tick: &mut Tick| {
+            if tick.now() < secs(0.02) {
+                Ok(Flow::Continue)
+            } else {
+                work()
+            }
         });
         let fault = clock.run(&mut graph, &mut Inbox::default(), Time::MAX);
         let fault = fault.expect_err("a fault");

@@ -100,14 +100,14 @@ impl Bench {
         self.graph.node(name, release, priority, |wiring| {
             let mut from: Vec<_> = from.iter().map(|topic| wiring.trigger(topic)).collect();
             let to: Vec<_> = to.iter().map(|topic| wiring.publisher(topic)).collect();
-            move |now| {
-                let inputs = from.iter_mut().filter_map(|topic| topic.latest(now));
+            move |tick: &mut Tick| {
+                let now = tick.now();
+                let inputs = from.iter_mut().filter_map(|topic| tick.read(topic));
                 let sensed = inputs.map(|message| message.sensed()).min();
                 for (topic, step) in to.iter().zip(&steps) {
                     let stamp = || step.map(|step| rounded_down(now, step * 1_000_000));
-                    topic.publish(0, now, sensed.or_else(stamp));
+                    tick.publish_stamped(topic, 0, sensed.or_else(stamp));
                 }
-                GO_ON
             }
         })?;
         self.names.push(name.to_owned());

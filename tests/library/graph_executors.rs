@@ -164,17 +164,16 @@ fn a_message_that_triggers_a_tick_is_the_next_one_there_once() {
     let words = Topic::new("/words", Depth::new(4).expect("a depth"));
     let mut graph = Graph::with(Effects);
     let publisher = words.publisher();
-    worker(&mut graph, "talker", 10.0, 0, move |now| {
-        (0..2).for_each(|_| publisher.publish((), now, None));
-        GO_ON
+    worker(&mut graph, "talker", 10.0, 0, move |tick: &mut Tick| {
+        (0..2).for_each(|_| tick.publish(&publisher, ()));
     });
     let (sender, heard) = crossbeam_channel::unbounded();
     let added = graph.node("lamp", Match::Each, 1, |wiring| {
         let mut words = wiring.trigger(&words);
-        move |now| {
-            let taken = std::iter::from_fn(|| words.next(now)).take(3);
+        move |tick: &mut Tick| {
+            let taken = std::iter::from_fn(|| tick.read_next(&mut words)).take(3);
             sender.send(taken.map(|word| word.seq).collect::<Vec<_>>())?;
-            GO_ON
+            Ok(Flow::Continue)
         }
     });
     added.expect("a node");

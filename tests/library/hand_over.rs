@@ -73,7 +73,7 @@ fn messages_in_flight_at_a_hand_over_trigger_their_nodes() {
         graph.set(&knob("link /far delay:30")).expect("a topic");
         // As threads that are stopped: nobody hears of the arrival.
         let task_sets = graph.apart();
-        far.publisher().publish(1, Time::ZERO, None);
+        Tick::at(Time::ZERO).publish(&far.publisher(), 1);
         drop(task_sets);
         run_virtual(&mut graph, "", secs(0.5));
         assert!(ticks.try_iter().eq([secs(0.03)]));
@@ -101,11 +101,12 @@ fn late(slowed: Slowed, commander: Sender<Command>) -> (Graph, TickLog) {
     let (mut graph, log) = (Graph::new(), TickLog::default());
     for (name, rate) in [("a", 100.0), ("b", 50.0), ("c", 40.0)] {
         let (commander, mut amid) = (commander.clone(), amid.take());
-        log.node_that(&mut graph, name, rate, 0, move |now| {
+        log.node_that(&mut graph, name, rate, 0, move |tick: &mut Tick| {
+            let now = tick.now();
             if let Some(slower) = amid.take_if(|_| now > Time::ZERO) {
                 commander.send(slower)?;
             }
-            GO_ON
+            Ok(Flow::Continue)
         });
     }
     let (task_sets, supervision) = graph.apart();

@@ -115,7 +115,7 @@ fn a_plain_graph_has_rates_and_depths_and_says_where_the_rest_is() {
         let said = turned.map_or_else(|why| why, |before| format!("was {before}"));
         assert_eq!(said.split(':').next(), Some(&*answer), "{text}");
     }
-    let error = graph.node("late", -1.0, 0, |_| |_: Time| GO_ON);
+    let error = graph.node("late", -1.0, 0, |_| |_: &mut Tick| {});
     assert!(error.expect_err("no rate").to_string().contains("-1"));
     assert!(graph.run_virtual(f64::NAN).is_err());
 }

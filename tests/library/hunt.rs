@@ -219,13 +219,18 @@ impl System for Fragile {
         });
         graph.node("reader", 100.0, 1, |wiring| {
             let (mut messages, mut read) = (wiring.subscription(&topic), BTreeSet::new());
-            move |now| {
-                read.extend(messages.latest(now).map(|message| message.seq));
+            move |tick: &mut Tick| {
+                let now = tick.now();
+                read.extend(tick.read(&mut messages).map(|message| message.seq));
                 if now < over {
-                    return GO_ON;
+                    return Flow::Continue;
                 }
                 let lost: Vec<u64> = (0..count).filter(|seq| !read.contains(seq)).collect();
-                if enough(&lost) { END } else { GO_ON }
+                if enough(&lost) {
+                    Flow::End
+                } else {
+                    Flow::Continue
+                }
             }
         })?;
         Ok(())

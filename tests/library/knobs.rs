@@ -83,10 +83,10 @@ struct Amplifier {
 }
 
 impl Node for Amplifier {
-    fn tick(&mut self, _: Time) -> Tick {
+    fn tick(&mut self, _: &mut Tick) -> TickResult {
         let mut heard = self.heard.lock().expect("heard");
         heard.push((self.gain, self.last_tick.take()));
-        GO_ON
+        Ok(Flow::Continue)
     }
 
     fn set_parameter(&mut self, name: &str, value: &str, _: Time) -> Result<String, String> {

@@ -19,34 +19,34 @@ struct Link {
     output: Option<(usize, Publisher<Chain>)>,
     published: u64,
     command: Option<(Time, Chain)>,
-    age: Option<PushRecorder>,
+    acts: bool,
     applied: Applied,
 }
 
 impl Node for Link {
-    fn tick(&mut self, now: Time) -> Tick {
-        let reads = self.inputs.iter_mut().filter_map(|input| input.latest(now));
+    fn tick(&mut self, tick: &mut Tick) -> TickResult {
+        let reads = self.inputs.iter_mut().filter_map(|input| tick.read(input));
         let freshest = reads.max_by_key(|message| message.sensed());
         let Some((topic, output)) = &self.output else {
             self.command = freshest.map(|message| (message.sensed(), message.data));
-            return GO_ON;
+            return Ok(Flow::Continue);
         };
         if freshest.is_some() || self.inputs.is_empty() {
-            let sensed = freshest.as_ref().map(|message| message.sensed());
             let mut chain = freshest.map_or_else(Vec::new, |message| message.data);
             chain.push((*topic, self.published));
             self.published += 1;
-            output.publish(chain, now, sensed);
+            tick.publish(output, chain);
         }
-        GO_ON
+        Ok(Flow::Continue)
     }
 
-    fn apply(&mut self, now: Time) -> Tick {
-        if let Some(((sensed, chain), age)) = self.command.clone().zip(self.age.as_mut()) {
-            age.push(now, sensed);
-            self.applied.lock().expect("log").push((now, sensed, chain));
+    fn apply(&mut self, tick: &mut Tick) -> TickResult {
+        if let Some((sensed, chain)) = self.command.clone().filter(|_| self.acts) {
+            tick.act();
+            let applied = (tick.now(), sensed, chain);
+            self.applied.lock().expect("log").push(applied);
         }
-        GO_ON
+        Ok(Flow::Continue)
     }
 }
 
@@ -122,7 +122,7 @@ fn built(plan: &Plan, seed: u64) -> (Graph, Vec<Topic<Chain>>, Applied) {
                 .map(|topic| (number, wiring.publisher(topic)));
             Link {
                 inputs: inputs.map(|of| wiring.subscription(&topics[of])).collect(),
-                age: output.is_none().then(|| wiring.push_age()),
+                acts: output.is_none(),
                 output,
                 published: 0,
                 command: None,

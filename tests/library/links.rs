@@ -157,9 +157,9 @@ fn any_node_of_a_system_is_started_again_without_knowing_how() {
     let counter = system(|builder| {
         builder.node("counter", 10.0, 0, |_| {
             let mut count = 0;
-            move |_| {
+            move |_: &mut Tick| {
                 count += 1;
-                if count < 5 { GO_ON } else { END }
+                if count < 5 { Flow::Continue } else { Flow::End }
             }
         })
     });

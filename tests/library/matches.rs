@@ -84,27 +84,25 @@ fn sets_of_a_sender(
     let times = sent.clone();
     let sender = graph.node("sender", 100.0, 0, |wiring| {
         let [a, b] = topics.each_ref().map(|topic| wiring.publisher(topic));
-        move |now| {
+        move |tick: &mut Tick| {
             let mut times = times.lock().expect("no panic");
             // Of those on /b two have one stamp.
             let number = times.len() as u64;
-            a.publish((), now, Some(at_ms(10 * number)));
-            b.publish((), now, Some(at_ms(20 * (number / 2))));
-            times.push(now);
-            GO_ON
+            tick.publish_stamped(&a, (), at_ms(10 * number));
+            tick.publish_stamped(&b, (), at_ms(20 * (number / 2)));
+            times.push(tick.now());
         }
     });
     sender.expect("a node");
     let matching: Match = matching.parse().expect(matching);
     let sync = graph.node("sync", matching, 1, |wiring| {
         let mut from = topics.each_ref().map(|topic| wiring.trigger(topic));
-        move |now| {
-            assert!(from.iter_mut().all(|topic| topic.latest(now).is_some()));
-            GO_ON
+        move |tick: &mut Tick| {
+            assert!(from.iter_mut().all(|topic| tick.read(topic).is_some()));
         }
     });
     sync.expect("a node");
-    worker(&mut graph, "load", 80.0, 2, |_| GO_ON);
+    worker(&mut graph, "load", 80.0, 2, |_: &mut Tick| {});
     if !executor.is_empty() {
         let executor: Executor = executor.parse().expect(executor);
         let callbacks = ["sync", "load"].map(|name| Callback::of(name).with_deadline(ms(20)));

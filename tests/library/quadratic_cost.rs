@@ -58,6 +58,6 @@ fn a_state_counts_for_as_long_as_it_is_the_newest() {
 
 #[test]
 fn a_system_that_states_none_has_none() {
-    let idle = system(|builder| builder.node("idler", 10.0, 0, |_| |_| GO_ON));
+    let idle = system(|builder| builder.node("idler", 10.0, 0, |_| |_: &mut Tick| {}));
     assert_eq!(run_of(idle, &Config::default()).cost, None);
 }

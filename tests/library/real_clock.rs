@@ -62,9 +62,8 @@ fn the_pole_balances_and_every_period_is_accounted_for() {
 fn a_node_that_overruns_skips_the_periods_it_missed_and_counts_them() {
     const BUSY: Duration = Duration::from_millis(30);
     let (mut graph, until) = (Graph::new(), secs(0.5));
-    worker(&mut graph, "slow", 50.0, 0, |_| {
+    worker(&mut graph, "slow", 50.0, 0, |_: &mut Tick| {
         thread::sleep(BUSY);
-        GO_ON
     });
     let taps = TapHandle::of(&graph).ticks(ROOM);
     assert_eq!(run_real(&mut graph, "", until), ClockExit::Completed);
@@ -84,9 +83,13 @@ fn a_node_that_overruns_skips_the_periods_it_missed_and_counts_them() {
 fn a_new_rate_reaches_a_node_that_waits_for_its_next_tick() {
     let (log, mut graph) = (TickLog::default(), Graph::new());
     let mut ticks_left = 5;
-    log.node_that(&mut graph, "sleeper", 0.001, 0, move |_| {
+    log.node_that(&mut graph, "sleeper", 0.001, 0, move |_: &mut Tick| {
         ticks_left -= 1;
-        if ticks_left > 0 { GO_ON } else { END }
+        if ticks_left > 0 {
+            Flow::Continue
+        } else {
+            Flow::End
+        }
     });
     let exit = run_watched(&mut graph, |commander, observer| {
         wait_until(|| ticks(&observer) > 0);
@@ -187,18 +190,18 @@ fn a_full_tap_loses_and_counts_and_blocks_no_node() {
 fn a_slow_node_on_its_own_thread_delays_no_other() {
     let (log, mut graph) = (TickLog::default(), Graph::new());
     let (report, reports) = crossbeam_channel::bounded(1);
-    log.node_that(&mut graph, "waits", 100.0, 0, move |_| {
+    log.node_that(&mut graph, "waits", 100.0, 0, move |_: &mut Tick| {
         // Returns only after ten ticks of the other node.
         reports.recv()?;
-        END
+        Ok(Flow::End)
     });
     let mut ticks = 0;
-    log.node_that(&mut graph, "works", 100.0, 0, move |_| {
+    log.node_that(&mut graph, "works", 100.0, 0, move |_: &mut Tick| {
         ticks += 1;
         if ticks == 10 {
             report.send(())?;
         }
-        GO_ON
+        Ok(Flow::Continue)
     });
     let exit = run_real(&mut graph, "", Time::MAX);
     assert!(matches!(exit, ClockExit::Ended { node, .. } if node == "waits"));
@@ -208,9 +211,8 @@ fn a_slow_node_on_its_own_thread_delays_no_other() {
 #[test]
 fn a_pause_stops_the_schedule_of_a_node_that_is_busy() {
     let mut graph = Graph::new();
-    worker(&mut graph, "busy", 50.0, 0, |_| {
+    worker(&mut graph, "busy", 50.0, 0, |_: &mut Tick| {
         thread::sleep(ms(300));
-        GO_ON
     });
     // The pause comes during the first tick, and nothing ends it.
     let exit = run_real(&mut graph, "0.05 pause", Time::MAX);

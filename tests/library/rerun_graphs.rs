@@ -99,16 +99,14 @@ fn a_lock_within_another_one_does_not_hang_a_run_that_is_held() {
         let [one, other] = ["one", "other"].map(|name| Arc::new(Shared::new(name, 0)));
         let mut graph = Graph::with(Effects);
         let (first, second) = (one.clone(), other.clone());
-        let both = move |_: Time| {
+        let both = move |_: &mut Tick| {
             let mut first = first.lock();
             *first += 1;
             *second.lock() += *first;
-            GO_ON
         };
-        let by_turns = move |_: Time| {
+        let by_turns = move |_: &mut Tick| {
             *other.lock() += 1;
             *one.lock() += 1;
-            GO_ON
         };
         worker(&mut graph, "both", 2_000.0, 0, both);
         worker(&mut graph, "by turns", 2_000.0, 0, by_turns);
@@ -149,9 +147,8 @@ fn shared_state_comes_back_in_the_same_order_and_a_node_that_does_something_else
 fn a_node_that_waits_in_vain_is_named_by_the_watch() {
     let graph = |input: crossbeam_channel::Receiver<()>| {
         let mut graph = Graph::with(Effects);
-        worker(&mut graph, "waits", 100.0, 0, move |_| {
+        worker(&mut graph, "waits", 100.0, 0, move |_: &mut Tick| {
             let _ = input.recv();
-            GO_ON
         });
         graph
     };
@@ -197,9 +194,8 @@ fn counted_threads(began: &Arc<AtomicUsize>) -> Graph {
     let mut graph = Graph::with(Effects);
     for (name, rate) in [("slow", 10.0), ("fast", 100.0)] {
         let began = began.clone();
-        worker(&mut graph, name, rate, 0, move |_| {
+        worker(&mut graph, name, rate, 0, move |_: &mut Tick| {
             began.fetch_add(1, Ordering::Relaxed);
-            GO_ON
         });
     }
     graph.set(&knob("takes slow 60")).expect("a node");
@@ -255,12 +251,12 @@ struct Doubler {
 }
 
 impl Node for Doubler {
-    fn tick(&mut self, _: Time) -> Tick {
+    fn tick(&mut self, _: &mut Tick) -> TickResult {
         *self.number.lock() *= 2;
         if self.told {
             self.done.store(true, Ordering::SeqCst);
         }
-        GO_ON
+        Ok(Flow::Continue)
     }
 
     fn on_message(&mut self, _: &str) -> Result<String, String> {
@@ -276,7 +272,7 @@ fn a_command_for_a_node_beside_one_in_a_tick_does_not_hang_the_run_that_comes_ba
         let number = Arc::new(Shared::new("number", 1));
         let (mut graph, done) = (Graph::new(), Arc::<AtomicBool>::default());
         let (shared, is_done) = (number.clone(), done.clone());
-        worker(&mut graph, "adder", 10.0, 0, move |_| {
+        worker(&mut graph, "adder", 10.0, 0, move |_: &mut Tick| {
             if let Some(commander) = commander.take() {
                 commander.send(command("send doubler now"))?;
                 let patience = Instant::now() + Duration::from_secs(20);
@@ -285,7 +281,7 @@ fn a_command_for_a_node_beside_one_in_a_tick_does_not_hang_the_run_that_comes_ba
                 }
             }
             *shared.lock() += 1;
-            GO_ON
+            Ok(Flow::Continue)
         });
         let told = false;
         let doubler = Doubler { number, told, done };

@@ -26,7 +26,7 @@ fn head(at: u64, seq: usize) -> Head {
         stamp: Time::from_nanos(60 - at),
         seq: seq as u64,
         origin: None,
-        from: None,
+        from: Derived::Reads,
         arrives: None,
         dropped: 0,
     }

@@ -11,8 +11,8 @@ use crate::{checkpoint::fixture, clone::root, support::*};
 struct Listener(String);
 
 impl Node for Listener {
-    fn tick(&mut self, _: Time) -> Tick {
-        GO_ON
+    fn tick(&mut self, _: &mut Tick) -> TickResult {
+        Ok(Flow::Continue)
     }
 
     fn on_message(&mut self, text: &str) -> Result<String, String> {
@@ -29,7 +29,7 @@ pub fn listener() -> Graph {
     let mut graph = Graph::with(Effects);
     let silent = Listener("nothing".to_owned());
     graph.node("a", 100.0, 0, |_| silent).expect("graph");
-    worker(&mut graph, "deaf", 100.0, 1, |_| GO_ON);
+    worker(&mut graph, "deaf", 100.0, 1, |_: &mut Tick| {});
     graph
 }
 

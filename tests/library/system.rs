@@ -23,10 +23,9 @@ fn only_topics_with_fields_are_recorded() {
         let (push, heat) = (builder.topic("/push"), builder.internal_topic("/heat"));
         builder.node("oven", 20.0, 0, move |wiring| {
             let (push, heat) = (wiring.publisher(&push), wiring.publisher(&heat));
-            move |now| {
-                push.publish(Action(0.0), now, None);
-                heat.publish(0.0, now, None);
-                GO_ON
+            move |tick: &mut Tick| {
+                tick.publish(&push, Action(0.0));
+                tick.publish(&heat, 0.0);
             }
         })
     });
@@ -164,7 +163,13 @@ fn a_message_used_to_build_a_node_is_not_sent_to_it() {
             let alarm = builder.message("clock").unwrap_or("9").parse();
             let alarm = alarm.map_err(|_| BuildError::Setting("no time".to_owned()))?;
             builder.node("clock", 10.0, 0, move |_| {
-                move |now| if now < secs(alarm) { GO_ON } else { END }
+                move |tick: &mut Tick| {
+                    if tick.now() < secs(alarm) {
+                        Flow::Continue
+                    } else {
+                        Flow::End
+                    }
+                }
             })
         })
     };

@@ -109,7 +109,7 @@ fn the_snapshot_of_a_finished_run_is_its_summary() {
 #[test]
 fn a_replay_ends_at_the_end_of_the_run_even_after_a_later_tick() {
     let mut graph = Graph::new();
-    worker(&mut graph, "late", 50.0, 0, |_| GO_ON);
+    worker(&mut graph, "late", 50.0, 0, |_: &mut Tick| {});
     let observer = Observer::of(&graph);
     let mut replay = ReplayAccounts::new(&observer.topology(), observer.status());
     let late = TickRecord {
@@ -154,7 +154,7 @@ fn fifty_hertz(end: f64, now: f64) -> f64 {
     talker(&mut graph, "steady", 50.0, 0, &topic, |_| None);
     let (observer, publisher) = (Observer::of(&graph), topic.publisher());
     for message in 0..(end * 50.0) as u64 {
-        publisher.publish((), Time::from_nanos(message * 20_000_000), None);
+        Tick::at(Time::from_nanos(message * 20_000_000)).publish(&publisher, ());
     }
     observer.set_now(secs(now));
     observer.snapshot().topics[0].per_second(secs(now))

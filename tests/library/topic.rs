@@ -40,12 +40,11 @@ impl Bench {
         match step {
             Step::Publish => {
                 let number = self.topic.published();
-                self.publisher
-                    .publish(number, Time::from_nanos(number), None);
+                Tick::at(Time::from_nanos(number)).publish(&self.publisher, number);
             }
             Step::Read(reader) => {
                 let count = self.readers.len();
-                let message = self.readers[reader % count].latest(Time::MAX);
+                let message = Tick::at(Time::MAX).read(&mut self.readers[reader % count]);
                 let number = message.map(|message| {
                     let numbers = (message.seq, message.stamp.as_nanos());
                     assert_eq!(numbers, (message.data, message.data));
@@ -55,7 +54,7 @@ impl Bench {
             }
             Step::Next(reader) => {
                 let count = self.readers.len();
-                let message = self.readers[reader % count].next(Time::MAX);
+                let message = Tick::at(Time::MAX).read_next(&mut self.readers[reader % count]);
                 return (message.map(|message| message.data), None);
             }
             Step::SetDepth(messages) => {
@@ -102,11 +101,10 @@ fn the_age_of_a_message_is_measured_at_every_reading() {
     let (mut bench, mut graph) = (Bench::new(1), Graph::new());
     let node = graph.node("reader", 1.0, 0, |wiring| {
         let mut subscription = wiring.subscription(&bench.topic);
-        move |_: Time| {
+        move |_: &mut Tick| {
             for nanos in [10, 20, 60] {
-                subscription.latest(Time::from_nanos(nanos));
+                Tick::at(Time::from_nanos(nanos)).read(&mut subscription);
             }
-            GO_ON
         }
     });
     node.expect("a node");

@@ -26,13 +26,19 @@ fn any_plant_that_advances_to_a_run_time_is_a_world() {
             brought_to: Time::ZERO,
         };
         let stone = builder.own_world(stone, 50.0, |_| {
-            |stone: &Stone, _| if stone.height < 0.0 { END } else { GO_ON }
+            |stone: &Stone, _: &Tick| {
+                if stone.height < 0.0 {
+                    Flow::End
+                } else {
+                    Flow::Continue
+                }
+            }
         })?;
         builder.node("altimeter", 7.0, 0, move |wiring| {
             let (heights, stone) = (wiring.publisher(&heights), stone.clone());
-            move |now| {
-                heights.publish(stone.at(now).height, now, None);
-                GO_ON
+            move |tick: &mut Tick| {
+                let now = tick.now();
+                tick.publish(&heights, stone.at(now).height);
             }
         })
     });
@@ -46,7 +52,7 @@ fn any_plant_that_advances_to_a_run_time_is_a_world() {
 #[test]
 fn a_system_without_a_world_of_its_own_refuses_it() {
     // It never asks for the kind of world.
-    let plain = system(|builder| builder.node("node", 1.0, 0, |_| |_| GO_ON));
+    let plain = system(|builder| builder.node("node", 1.0, 0, |_| |_: &mut Tick| {}));
     let refused = refusal_of(plain, &own(0, ""));
     assert!(refused.contains("no world of its own"), "{refused}");
 }

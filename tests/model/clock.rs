@@ -3,8 +3,8 @@
 use std::sync::Mutex;
 
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, END, Fault, GO_ON, Graph, Inbox, Node, Tick, Time, Topic,
-    run,
+    Clock, ClockExit, ClockKind, Command, Fault, Flow, Graph, Inbox, Node, Tick, TickResult, Time,
+    Topic, run,
 };
 use ratelab_account::TapHandle;
 use ratelab_real_clock::RealClock;
@@ -34,9 +34,9 @@ const BUSY: [f64; 3] = [500.0, 200.0, 50.0];
 /// Ticks like a closure, and accepts every message.
 struct Obedient<F>(F);
 
-impl<F: FnMut(Time) -> Tick + Send> Node for Obedient<F> {
-    fn tick(&mut self, now: Time) -> Tick {
-        (self.0)(now)
+impl<F: Node> Node for Obedient<F> {
+    fn tick(&mut self, tick: &mut Tick) -> TickResult {
+        self.0.tick(tick)
     }
 
     fn on_message(&mut self, _: &str) -> Result<String, String> {
@@ -55,10 +55,15 @@ fn trio(rates: [f64; 3], end: Time) -> Trio {
         let starts = starts.clone();
         let added = graph.node(name, hz(rate), 0, |wiring| {
             let publisher = wiring.publisher(&topic);
-            Obedient(move |now| {
+            Obedient(move |tick: &mut Tick| {
+                let now = tick.now();
                 starts.lock().expect("starts")[index].push(now);
-                publisher.publish(0, now, None);
-                if index == 2 && now >= end { END } else { GO_ON }
+                tick.publish(&publisher, 0);
+                if index == 2 && now >= end {
+                    Flow::End
+                } else {
+                    Flow::Continue
+                }
             })
         });
         added.expect("node");
@@ -162,7 +167,7 @@ fn every_command_that_was_given_before_a_stop_takes_effect() {
 fn a_stop_ends_an_endless_wait() {
     explore(SOME, || {
         let mut graph = Graph::new();
-        worker(&mut graph, "sleeper", 0.001, 0, |_| GO_ON);
+        worker(&mut graph, "sleeper", 0.001, 0, |_: &mut Tick| {});
         let (commander, mut inbox) = Inbox::new(Vec::new());
         let person = person(commander, "stop");
         let exit = RealClock::default().run(&mut graph, &mut inbox, Time::MAX);
@@ -217,13 +222,14 @@ fn a_fault_is_reported_through_a_pause() {
         let mut graph = Graph::new();
         // It fails only once, so a missed fault would not recur.
         let mut sound = true;
-        worker(&mut graph, "sick", 100.0, 0, move |now| {
+        worker(&mut graph, "sick", 100.0, 0, move |tick: &mut Tick| {
+            let now = tick.now();
             if now < milliseconds(10) || !std::mem::take(&mut sound) {
-                return GO_ON;
+                return Ok(Flow::Continue);
             }
             Err("broken".into())
         });
-        worker(&mut graph, "well", 70.0, 0, |_| GO_ON);
+        worker(&mut graph, "well", 70.0, 0, |_: &mut Tick| {});
         let (commander, mut inbox) = Inbox::new(Vec::new());
         let person = person(commander, "pause; resume; pause; resume");
         let fault = RealClock::default().run(&mut graph, &mut inbox, milliseconds(100));

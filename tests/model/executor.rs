@@ -1,6 +1,6 @@
 //! An executor under the real clock: its threads take turns in any schedule, and lose nothing.
 
-use ratelab::{Clock, ClockExit, ClockKind, END, GO_ON, Graph, Inbox, Time, Topic, run};
+use ratelab::{Clock, ClockExit, ClockKind, Flow, Graph, Inbox, Tick, Time, Topic, run};
 use ratelab_account::{Observer, TapHandle, TickRecord};
 use ratelab_effects::{Callback, Effects, Executor, Executors, Match};
 use ratelab_real_clock::RealClock;
@@ -35,29 +35,30 @@ fn graph(executor: Executor) -> Graph {
         let (all, grouped) = (all.clone(), grouped.clone());
         let added = graph.node(name, Match::Each, 0, |wiring| {
             let mut messages = wiring.trigger(&topic);
-            move |now| {
+            move |tick: &mut Tick| {
                 assert!(
                     all.fetch_add(1, Ordering::SeqCst) < most,
                     "too many threads"
                 );
                 assert_eq!(grouped.fetch_add(1, Ordering::SeqCst), 0, "both of a group");
-                assert!(messages.latest(now).is_some(), "a tick without a message");
+                assert!(
+                    tick.read(&mut messages).is_some(),
+                    "a tick without a message"
+                );
                 thread::yield_now();
                 grouped.fetch_sub(1, Ordering::SeqCst);
                 all.fetch_sub(1, Ordering::SeqCst);
-                GO_ON
             }
         });
         added.expect("node");
     }
-    worker(&mut graph, "timer", 50.0, 0, move |_| {
+    worker(&mut graph, "timer", 50.0, 0, move |_: &mut Tick| {
         assert!(
             all.fetch_add(1, Ordering::SeqCst) < most,
             "too many threads"
         );
         thread::yield_now();
         all.fetch_sub(1, Ordering::SeqCst);
-        GO_ON
     });
     let callbacks = ["sink", "second"].map(|name| Callback::of(name).in_group("group"));
     let timer = Callback::of("timer");
@@ -118,24 +119,23 @@ fn a_message_wakes_a_thread_that_waits_for_nothing_else() {
             let source = graph.node("source", 100.0, 0, |wiring| {
                 let publisher = wiring.publisher(&topic);
                 let mut published = 0;
-                move |now| {
+                move |tick: &mut Tick| {
                     if taken.load(Ordering::SeqCst) >= 2 {
-                        return END;
+                        return Flow::End;
                     }
                     // The second message comes when the thread waits again.
                     if published <= taken.load(Ordering::SeqCst) {
                         published += 1;
-                        publisher.publish(0_u64, now, None);
+                        tick.publish(&publisher, 0_u64);
                     }
-                    GO_ON
+                    Flow::Continue
                 }
             });
             source.expect("node");
             let sink = graph.node("sink", Match::Each, 0, |wiring| {
                 let _messages = wiring.trigger(&topic);
-                move |_| {
+                move |_: &mut Tick| {
                     sink.fetch_add(1, Ordering::SeqCst);
-                    GO_ON
                 }
             });
             sink.expect("node");

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{GO_ON, Graph, Hz};
+use ratelab::{Graph, Hz, Tick};
 use ratelab_account::Observer;
 use shuttle::thread;
 
@@ -12,7 +12,7 @@ fn check_meter(samples: u64, reads: usize) {
     let (mut graph, mut meter) = (Graph::new(), None);
     let node = graph.node("node", Hz::MAX, 0, |wiring| {
         meter = Some(wiring.meter("wait"));
-        |_| GO_ON
+        |_: &mut Tick| {}
     });
     node.expect("a node");
     let (observer, mut meter) = (Observer::of(&graph), meter.expect("a meter"));

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use ratelab::{Clock, GO_ON, Graph, Shared, Time, Topic};
+use ratelab::{Clock, Graph, Shared, Tick, Time, Topic};
 use ratelab_account::{Observer, TapHandle};
 use ratelab_effects::Match;
 use ratelab_real_clock::RealClock;
@@ -25,14 +25,13 @@ fn graph() -> (Graph, Topic<u64>) {
         let (ticks, total) = (ticks.clone(), total.clone());
         let added = graph.node(name, rate, 0, |wiring| {
             let sum = wiring.publisher(&topic);
-            move |now| {
+            move |tick: &mut Tick| {
                 // Another thread may come between this and the rest.
                 *ticks.lock() += 1;
                 let mut total = total.lock();
                 *total += 1;
                 // One lock within the other.
-                sum.publish(*total, now, None);
-                GO_ON
+                tick.publish(&sum, *total);
             }
         });
         added.expect("node");
@@ -42,10 +41,9 @@ fn graph() -> (Graph, Topic<u64>) {
     let added = graph.node("d", Match::Each, 0, |wiring| {
         let mut sum = wiring.trigger(&topic);
         let ticks = ticks.clone();
-        move |now| {
-            let read = sum.latest(now);
+        move |tick: &mut Tick| {
+            let read = tick.read(&mut sum);
             *ticks.lock() += read.expect("the message that it is for").data;
-            GO_ON
         }
     });
     added.expect("node");

@@ -1,6 +1,6 @@
 //! Topics: no message is torn, and every one is accounted for.
 
-use ratelab::{Graph, Subscription, Time, Topic};
+use ratelab::{Graph, Subscription, Tick, Time, Topic};
 use ratelab_account::TapHandle;
 use shuttle::thread;
 
@@ -11,7 +11,7 @@ use crate::{
 
 /// Reads `times` times; returns the sequence numbers, newest message last.
 fn read(subscription: &mut Subscription<u64>, times: usize) -> Vec<u64> {
-    let seen = (0..times).filter_map(|_| subscription.latest(Time::MAX));
+    let seen = (0..times).filter_map(|_| Tick::at(Time::MAX).read(&mut subscription));
     seen.map(|message| {
         assert_eq!(message.data, message.seq, "torn message");
         message.seq
@@ -21,7 +21,7 @@ fn read(subscription: &mut Subscription<u64>, times: usize) -> Vec<u64> {
 
 fn publish(topic: &Topic<u64>, messages: u64) {
     let publisher = topic.publisher();
-    (0..messages).for_each(|number| publisher.publish(number, Time::ZERO, None));
+    (0..messages).for_each(|number| Tick::at(Time::ZERO).publish(&publisher, number));
 }
 
 /// Number of messages evicted unread if each of `seen` was the newest when it was read
@@ -84,7 +84,7 @@ fn two_publishers_share_one_history_without_gaps() {
         let tap = TapHandle::of(&graph).topic(&topic, 100);
         let publishers = [0, 1].map(|_| {
             let publisher = topic.publisher();
-            thread::spawn(move || (0..3).for_each(|_| publisher.publish((), Time::ZERO, None)))
+            thread::spawn(move || (0..3).for_each(|_| Tick::at(Time::ZERO).publish(&publisher, ())))
         });
         for publisher in publishers {
             publisher.join().expect("publisher");

@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex};
 
 use crossbeam_channel::Receiver;
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, Depth, Event, EventKind, GO_ON, Graph, Hz, Inbox,
-    Message, Payload, Speed, Tick, Time, TimedCommand, Topic, VirtualClock,
+    Clock, ClockExit, ClockKind, Command, Depth, Event, EventKind, Flow, Graph, Hz, Inbox, Message,
+    Node, Payload, Speed, Tick, Time, TimedCommand, Topic, VirtualClock,
 };
 use ratelab_account::{Lineage, Observer, Snapshot, Tap, TapMessage, TickRecord};
 use ratelab_effects::Match;
@@ -71,13 +71,7 @@ pub fn clocks() -> [Box<dyn Clock>; 2] {
 }
 
 /// Adds a node that does `work` in each tick.
-pub fn worker(
-    graph: &mut Graph,
-    name: &str,
-    rate: f64,
-    priority: u32,
-    work: impl FnMut(Time) -> Tick + Send + 'static,
-) {
+pub fn worker(graph: &mut Graph, name: &str, rate: f64, priority: u32, work: impl Node + 'static) {
     graph.node(name, rate, priority, |_| work).expect(name);
 }
 
@@ -92,11 +86,11 @@ pub fn talker<T: Payload>(
 ) {
     let added = graph.node(name, rate, priority, |wiring| {
         let publisher = wiring.publisher(topic);
-        move |now| {
+        move |tick: &mut Tick| {
+            let now = tick.now();
             if let Some(word) = says(now) {
-                publisher.publish(word, now, None);
+                tick.publish(&publisher, word);
             }
-            GO_ON
         }
     });
     added.expect(name);
@@ -113,11 +107,11 @@ pub fn reader<T: Payload>(
     let (sender, read) = crossbeam_channel::unbounded();
     let added = graph.node(name, rate, priority, |wiring| {
         let mut messages = wiring.subscription(topic);
-        move |now| {
-            if let Some(message) = messages.latest(now) {
+        move |tick: &mut Tick| {
+            let now = tick.now();
+            if let Some(message) = tick.read(&mut messages) {
                 let _ = sender.send((now, message));
             }
-            GO_ON
         }
     });
     added.expect(name);
@@ -134,9 +128,10 @@ pub fn triggered<T: Payload>(
     let (sender, ticks) = crossbeam_channel::unbounded();
     let added = graph.node(name, Match::Each, priority, |wiring| {
         let _ = wiring.trigger(topic);
-        move |now| {
+        move |tick: &mut Tick| {
+            let now = tick.now();
             sender.send(now)?;
-            GO_ON
+            Ok(Flow::Continue)
         }
     });
     added.expect(name);
@@ -230,7 +225,7 @@ pub struct TickLog(Arc<Mutex<Vec<(&'static str, Time)>>>);
 impl TickLog {
     /// Adds a node that only records its ticks.
     pub fn node(&self, graph: &mut Graph, name: &'static str, rate: f64, priority: u32) {
-        self.node_that(graph, name, rate, priority, |_| GO_ON);
+        self.node_that(graph, name, rate, priority, |_: &mut Tick| {});
     }
 
     /// Adds a node that records its ticks and then works.
@@ -240,12 +235,12 @@ impl TickLog {
         name: &'static str,
         rate: f64,
         priority: u32,
-        mut work: impl FnMut(Time) -> Tick + Send + 'static,
+        mut work: impl Node + 'static,
     ) {
         let log = self.0.clone();
-        worker(graph, name, rate, priority, move |now| {
-            log.lock().expect("log").push((name, now));
-            work(now)
+        worker(graph, name, rate, priority, move |tick: &mut Tick| {
+            log.lock().expect("log").push((name, tick.now()));
+            work.tick(tick)
         });
     }
 

@@ -14,11 +14,11 @@ use super::{
 ///
 /// ```
 /// use std::thread;
-/// use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, Time, VirtualClock};
+/// use ratelab::{Clock, Graph, Hz, Inbox, Tick, Time, VirtualClock};
 /// use ratelab_account::Observer;
 ///
 /// let mut graph = Graph::new();
-/// graph.node("camera", Hz::new(30.0)?, 0, |_| |_| GO_ON)?;
+/// graph.node("camera", Hz::new(30.0)?, 0, |_| |_: &mut Tick| {})?;
 /// let (observer, end) = (Observer::of(&graph), Time::from_secs_f64(100.0)?);
 /// thread::scope(|scope| {
 ///     scope.spawn(|| {

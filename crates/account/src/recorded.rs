@@ -2,7 +2,7 @@
 
 use std::any::Any;
 
-use ratelab::{Head, Payload, Subscription, Time, Topic, Wiring};
+use ratelab::{Head, Payload, Subscription, Tick, Time, Topic, Wiring};
 
 use super::{fields::Fields, rows::Rows, tap::Tap, tap_handle::TapHandle};
 
@@ -40,10 +40,9 @@ pub trait RecordedTopic: Any + Send + Sync {
     fn trigger(&self, wiring: &mut Wiring<'_>) -> RowReader;
 }
 
-/// Reads a message at a run time, as a [`Subscription`] does: replaces
-/// the row by its numbers and returns the run time of the sensing behind it, or `None` before
-/// the first.
-pub type RowReader = Box<dyn FnMut(Time, &mut Vec<f64>) -> Option<Time> + Send>;
+/// Reads a message in a tick, as [`Tick::read`] does: replaces the row by its numbers and returns the
+/// run time of the sensing behind it, or `None` before the first.
+pub type RowReader = Box<dyn FnMut(&mut Tick, &mut Vec<f64>) -> Option<Time> + Send>;
 
 /// Publishes a row: the numbers of a message that arrived at run time `now`, was published
 /// at `stamp`, and is derived from a sensing at `origin`. Returns `false` for numbers that
@@ -111,8 +110,8 @@ fn fill<T: Fields>(row: &mut Vec<f64>, data: &T, width: usize) {
 }
 
 fn row_reader<T: Fields + Payload>(mut subscription: Subscription<T>) -> RowReader {
-    Box::new(move |now, row| {
-        let message = subscription.latest(now)?;
+    Box::new(move |tick, row| {
+        let message = tick.read(&mut subscription)?;
         row.clear();
         message.data.append_to(row);
         Some(message.sensed())

@@ -25,17 +25,17 @@ pub struct TapMessage<T> {
 /// the run waits for it, which costs no run time.
 ///
 /// ```
-/// use ratelab::{Depth, GO_ON, Graph, Hz, Time, Topic};
+/// use ratelab::{Depth, Graph, Hz, Tick, Time, Topic};
 /// use ratelab_account::TapHandle;
 ///
 /// let (topic, mut graph) = (Topic::new("/range", Depth::ONE), Graph::new());
 /// graph.node("sonar", Hz::new(10.0)?, 0, |wiring| {
 ///     let _range = wiring.publisher(&topic);
-///     |_| GO_ON
+///     |_: &mut Tick| {}
 /// })?;
 /// let tap = TapHandle::of(&graph).topic(&topic, 100);
 /// let publisher = topic.publisher();
-/// (1..=3).for_each(|n| publisher.publish(n, Time::from_nanos(n), None));
+/// (1..=3).for_each(|n| Tick::at(Time::from_nanos(n)).publish(&publisher, n));
 /// let all = tap.items().try_iter().map(|tapped| tapped.message.data);
 /// assert_eq!(all.collect::<Vec<_>>(), [1, 2, 3]); // Not the latest only.
 /// assert_eq!(tap.lost(), 0);

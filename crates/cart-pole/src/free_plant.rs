@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{END, GO_ON, Message, Publisher, Tick, Time};
+use ratelab::{Flow, Message, Publisher, Tick, Time};
 use ratelab_study::system::{StepMs, World};
 
 use super::{
@@ -61,18 +61,19 @@ impl FreePlant {
         Time::from_nanos(step.saturating_mul(self.step.as_nanos() as u64))
     }
 
-    /// Publishes the result of the control step that ends at `now`, if there is one, and
+    /// Publishes the result of the control step that ends with this `tick`, if there is one, and
     /// ends the run if the pole has fallen.
-    pub(super) fn judge(&self, now: Time, steps: &Publisher<ControlStep>) -> Tick {
+    pub(super) fn judge(&self, tick: &Tick, steps: &Publisher<ControlStep>) -> Flow {
+        let now = tick.now();
         let step = now.as_nanos() / CONTROL_STEP_NS;
         if step > 0 {
             let latency = self.sensed.map(|sensed| now.since(sensed));
             let result = self.body.result(step, self.taken, latency);
-            steps.publish(result, now, self.sensed);
+            tick.publish_stamped(steps, result, self.sensed);
         }
         match self.body.pose.fall() {
-            Some(_) => END,
-            None => GO_ON,
+            Some(_) => Flow::End,
+            None => Flow::Continue,
         }
     }
 }

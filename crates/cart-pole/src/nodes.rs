@@ -1,8 +1,8 @@
 //! Sense, think, act: the three nodes.
 
 use ratelab::{
-    END, GO_ON, Message, MeterRecorder, Node, NodeCrash, Publisher, PushRecorder, Subscription,
-    Tick, Time, Topic, Wiring,
+    Flow, Message, MeterRecorder, Node, NodeCrash, Publisher, Subscription, Tick, TickResult, Time,
+    Topic, Wiring,
 };
 use ratelab_study::system::SharedWorld;
 use thiserror::Error;
@@ -45,12 +45,12 @@ pub struct Sensor<P = Plant> {
 }
 
 impl<P: CartPlant> Node for Sensor<P> {
-    fn tick(&mut self, now: Time) -> Tick {
-        let observation = self.plant.at(now).observe();
+    fn tick(&mut self, tick: &mut Tick) -> TickResult {
+        let observation = self.plant.at(tick.now()).observe();
         if self.similar.pass(&observation) {
-            self.observations.publish(observation, now, None);
+            tick.publish(&self.observations, observation);
         }
-        GO_ON
+        Ok(Flow::Continue)
     }
 
     fn set_parameter(&mut self, name: &str, value: &str, _: Time) -> Result<String, String> {
@@ -92,13 +92,13 @@ impl NotFinite {
 }
 
 impl Node for PolicyNode {
-    fn tick(&mut self, now: Time) -> Tick {
-        let Some(sensed) = self.observations.latest(now) else {
-            return GO_ON; // No reading yet.
+    fn tick(&mut self, tick: &mut Tick) -> TickResult {
+        let Some(sensed) = tick.read(&mut self.observations) else {
+            return Ok(Flow::Continue); // No reading yet.
         };
         self.policy.begin(Moment {
             origin: sensed.sensed(),
-            now,
+            now: tick.now(),
             ..Moment::default()
         });
         let action = self.policy.act(&sensed.data);
@@ -108,8 +108,8 @@ impl Node for PolicyNode {
         if !action.0.is_finite() {
             return Err(NotFinite::new(self.policy.name(), action, sensed.data).into());
         }
-        self.actions.publish(action, now, Some(sensed.sensed()));
-        GO_ON
+        tick.publish(&self.actions, action);
+        Ok(Flow::Continue)
     }
 
     /// Replaces the policy by the named one, if it supports that.
@@ -140,8 +140,6 @@ pub struct Actuator<P = Plant> {
     pub actions: Subscription<Action>,
     /// Age of the sensing behind each action when it is applied.
     pub sense_to_act: MeterRecorder,
-    /// That age as a function of time.
-    pub push_age: PushRecorder,
     /// Publisher of the result of each step, `/state`; `None` for a plant that moves by itself.
     pub steps: Option<Publisher<ControlStep>>,
     command: Option<Message<Action>>,
@@ -161,46 +159,47 @@ impl<P> Actuator<P> {
             plant,
             actions: wiring.subscription(actions),
             sense_to_act: wiring.meter(SENSE_TO_ACT),
-            push_age: wiring.push_age(),
             steps: steps.map(|steps| wiring.publisher(steps)),
             command: None,
             on_stale: OnStale::Hold,
         }
     }
 
-    /// The action to apply at `now`: the last one read, with no force if it is stale.
-    fn applied(&mut self, now: Time) -> Option<Message<Action>> {
-        let sensed = self.command.and_then(|command| command.origin);
-        if let Some(sensed) = sensed {
-            self.sense_to_act.record(now.since(sensed));
-            self.push_age.push(now, sensed);
-        }
+    /// The action to apply in this `tick`: the last one read, with no force if it is stale.
+    fn applied(&mut self, tick: &mut Tick) -> Option<Message<Action>> {
         let mut command = self.command?;
-        if sensed.is_some_and(|sensed| !self.on_stale.allows(now.since(sensed))) {
-            command.data = Action::ZERO;
+        // One from another process may not say what it was derived from.
+        if let Some(sensed) = command.origin {
+            let age = tick.now().since(sensed);
+            self.sense_to_act.record(age);
+            tick.act_on(sensed);
+            if !self.on_stale.allows(age) {
+                command.data = Action::ZERO;
+            }
         }
         Some(command)
     }
 }
 
 impl<P: CartPlant> Node for Actuator<P> {
-    fn tick(&mut self, now: Time) -> Tick {
-        self.command = self.actions.latest(now);
-        GO_ON
+    fn tick(&mut self, tick: &mut Tick) -> TickResult {
+        self.command = tick.read(&mut self.actions);
+        Ok(Flow::Continue)
     }
 
-    fn apply(&mut self, now: Time) -> Tick {
-        let command = self.applied(now);
+    fn apply(&mut self, tick: &mut Tick) -> TickResult {
+        let now = tick.now();
+        let command = self.applied(tick);
         if command.is_none() && self.steps.is_none() {
-            return GO_ON; // It moves on without one.
+            return Ok(Flow::Continue); // It moves on without one.
         }
         let moved = self.plant.at(now).push(now, command);
         let (Some((step, is_lost)), Some(steps)) = (moved, &self.steps) else {
-            return GO_ON;
+            return Ok(Flow::Continue);
         };
         let sensed = command.and_then(|command| command.origin);
-        steps.publish(step, now, sensed);
-        if is_lost { END } else { GO_ON }
+        tick.publish_stamped(steps, step, sensed);
+        Ok(if is_lost { Flow::End } else { Flow::Continue })
     }
 
     /// Sets the handling of stale actions.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use ratelab::{ClockExit, Hz, Time};
+use ratelab::{ClockExit, Hz, Tick, Time};
 use ratelab_account::Fields;
 use ratelab_study::{
     experiment::Config,
@@ -151,7 +151,7 @@ impl System for CartPole {
                 let plant = FreePlant::new(step_ms, builder.seed()).map_err(other)?;
                 let plant = builder.own_world(plant, CONTROL_HZ, |wiring| {
                     let steps = wiring.publisher(&steps);
-                    move |plant: &FreePlant, now| plant.judge(now, &steps)
+                    move |plant: &FreePlant, tick: &Tick| plant.judge(tick, &steps)
                 })?;
                 topics.robot(builder, plant, policy, None)
             }

@@ -14,11 +14,11 @@ use crate::{
 /// links.
 ///
 /// ```
-/// use ratelab::{GO_ON, Graph, Hz};
+/// use ratelab::{Graph, Hz, Tick};
 /// use ratelab_effects::Effects;
 ///
 /// let mut graph = Graph::with(Effects);
-/// graph.node("policy", Hz::new(50.0)?, 0, |_| |_| GO_ON)?;
+/// graph.node("policy", Hz::new(50.0)?, 0, |_| |_: &mut Tick| {})?;
 /// assert_eq!(graph.set(&"takes policy 30".parse()?)?, "none");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

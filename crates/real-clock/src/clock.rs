@@ -27,13 +27,12 @@ use crate::{
 ///
 /// ```
 /// use std::{thread::sleep, time::Duration};
-/// use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, Time};
+/// use ratelab::{Clock, Graph, Hz, Inbox, Tick, Time};
 /// use ratelab_real_clock::RealClock;
 ///
 /// let mut graph = Graph::new();
-/// graph.node("busy", Hz::new(100.0)?, 0, |_| |_| {
+/// graph.node("busy", Hz::new(100.0)?, 0, |_| |_: &mut Tick| {
 ///     sleep(Duration::from_millis(25)); // Too slow for its rate.
-///     GO_ON
 /// })?;
 /// let end = Time::from_secs_f64(0.1)?;
 /// RealClock::default().run(&mut graph, &mut Inbox::default(), end)?; // About 4 ticks of 11.

@@ -23,13 +23,13 @@ use super::{
 /// that overlapped, each waiting for the other, run on threads of their own.
 ///
 /// ```
-/// use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, Time};
+/// use ratelab::{Clock, Graph, Hz, Inbox, Tick, Time};
 /// use ratelab_real_clock::RealClock;
 /// use ratelab_replay::{Rerun, RunLog};
 ///
 /// let graph = || {
 ///     let mut graph = Graph::new();
-///     graph.node("a", Hz::new(500.0)?, 0, |_| |_| GO_ON)?;
+///     graph.node("a", Hz::new(500.0)?, 0, |_| |_: &mut Tick| {})?;
 ///     Ok::<_, Box<dyn std::error::Error>>(graph)
 /// };
 /// let (mut first, end) = (graph()?, Time::from_secs_f64(0.05)?);

@@ -20,12 +20,12 @@ use super::{
 /// node. Beyond a limit the rest of the run is not logged.
 ///
 /// ```
-/// use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, Time};
+/// use ratelab::{Clock, Graph, Hz, Inbox, Tick, Time};
 /// use ratelab_real_clock::RealClock;
 /// use ratelab_replay::RunLog;
 ///
 /// let mut graph = Graph::new();
-/// graph.node("a", Hz::new(500.0)?, 0, |_| |_| GO_ON)?;
+/// graph.node("a", Hz::new(500.0)?, 0, |_| |_: &mut Tick| {})?;
 /// let log = RunLog::of(&graph.state());
 /// RealClock::default().run(&mut graph, &mut Inbox::default(), Time::from_nanos(9_000_000))?;
 /// assert!(!log.log().is_empty());

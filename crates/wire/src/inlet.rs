@@ -135,7 +135,7 @@ mod tests {
         packet::{PacketHead, encode},
     };
     use crossbeam_channel::{Receiver, bounded, unbounded};
-    use ratelab::{Clock, END, Graph, Hz, Inbox, Wiring};
+    use ratelab::{Clock, Flow, Graph, Hz, Inbox, Tick, Wiring};
     use ratelab_account::Observer;
     use ratelab_real_clock::RealClock;
 
@@ -170,9 +170,9 @@ mod tests {
         };
         let hz = Hz::new(100.0).expect("a rate");
         let once = move |_: &mut Wiring<'_>| {
-            move |_| {
+            move |_: &mut Tick| {
                 test(&inlet, &published);
-                END
+                Flow::End
             }
         };
         graph.node("test", hz, 0, once).expect("a node");

@@ -3,7 +3,7 @@
 use std::{sync::Arc, time::Duration};
 
 use crossbeam_channel::Receiver;
-use ratelab::MessageId;
+use ratelab::{Derived, MessageId};
 use ratelab_account::{RowTap, Rows, Tap, TickRecord};
 use ratelab_study::experiment::Taps;
 use zenoh::{Wait, pubsub::Publisher, qos::Priority};
@@ -120,7 +120,8 @@ impl Reporter {
                     at: head.at,
                     origin: head.origin,
                     by: head.by.map(|by| (by.node, by.number)),
-                    from: head.from.and_then(|from| self.sent_message(from)),
+                    from: (head.from.message()).and_then(|from| self.sent_message(from)),
+                    begins: head.from == Derived::Nothing,
                     row: row
                         .iter()
                         .map(|n| Some(*n).filter(|n| n.is_finite()))

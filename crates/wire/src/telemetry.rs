@@ -221,6 +221,8 @@ pub struct PublishedMessage {
     pub by: Option<(usize, u64)>,
     /// The message that it was derived from, where its node names one.
     pub from: Option<SentMessage>,
+    /// Whether its data begin with the tick, whatever that has read.
+    pub begins: bool,
     /// Its numbers; `None` for one that is not finite.
     pub row: Vec<Option<f64>>,
 }

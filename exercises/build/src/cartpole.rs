@@ -2,7 +2,7 @@
 
 use std::{cell::RefCell, collections::BTreeMap, mem, sync::Arc};
 
-use ratelab::{ClockExit, Head, MessageId, Push, TickId, Time};
+use ratelab::{ClockExit, Derived, Head, MessageId, Push, TickId, Time};
 use ratelab_account::{Fields, Rows, TickCauses, TickRecord, TopicRead};
 use ratelab_cart_pole::{
     ACTION, Action, CartPole, ControlStep, OBS, Observation, Plant, PlantError, STATE,
@@ -246,7 +246,7 @@ fn head(now: u64, seq: u64, origin: Option<u64>) -> Head {
         stamp: at,
         seq,
         origin: origin.map(Time::from_nanos),
-        from: None,
+        from: Derived::Reads,
         arrives: Some(at),
         dropped: 0,
     }

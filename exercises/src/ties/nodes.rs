@@ -3,7 +3,7 @@
 //! The nodes, the topics and the plant are the library's own; only the schedule is
 //! somebody else's.
 
-use ratelab::{Depth, GO_ON, Graph, GraphError, Hz, Node, Time, Topic, Wiring};
+use ratelab::{Depth, Flow, Graph, GraphError, Hz, Node, Tick, Time, Topic, Wiring};
 use ratelab_account::Observer;
 use ratelab_cart_pole::{
     ACTION, ACTUATOR, Action, Actuator, ControlStep, OBS, Observation, POLICY, Plant, PolicyNode,
@@ -31,7 +31,9 @@ impl Nodes {
         let Some(node) = nodes.into_iter().nth(node) else {
             return Ok(false);
         };
-        Ok(node.tick(now)?.is_continue() && node.apply(now)?.is_continue())
+        let mut tick = Tick::at(now);
+        let flow = node.tick(&mut tick)?;
+        Ok(flow.and(node.apply(&mut tick)?) == Flow::Continue)
     }
 }
 
@@ -88,7 +90,7 @@ fn taken<N>(
     let mut node = None;
     graph.node(name, Hz::MIN, 0, |wiring| {
         node = Some(build(wiring));
-        |_: Time| GO_ON
+        |_: &mut Tick| {}
     })?;
     node.ok_or_else(|| GraphError::DuplicateNode(name.to_owned()))
 }

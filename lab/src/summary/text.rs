@@ -438,7 +438,7 @@ pub fn size(bytes: u64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use ratelab::{GO_ON, Graph, Hz};
+    use ratelab::{Graph, Hz, Tick};
     use ratelab_account::Observer;
 
     use super::*;
@@ -446,7 +446,7 @@ mod tests {
     #[test]
     fn counts_of_an_altered_recording_are_printed_whatever_they_are() {
         let mut graph = Graph::new();
-        let added = graph.node("policy", Hz::MAX, 0, |_| |_| GO_ON);
+        let added = graph.node("policy", Hz::MAX, 0, |_| |_: &mut Tick| {});
         added.expect("a node");
         let mut node = Observer::of(&graph).snapshot().nodes.remove(0);
         (node.ticks, node.overruns) = (2, u64::MAX);

@@ -5,7 +5,7 @@
 
 use std::{cmp::Reverse, collections::VecDeque};
 
-use ratelab::{Head, MessageId, TickId, Time};
+use ratelab::{Derived, Head, MessageId, TickId, Time};
 
 use super::{DataWay, Lineage, TracedTick, TracedTopic};
 
@@ -85,6 +85,10 @@ impl Lineage {
         source: Option<usize>,
     ) -> Option<MessageId> {
         let from = self.head(message)?.from;
+        if from == Derived::Nothing {
+            return None;
+        }
+        let from = from.message();
         let DataWay::Along(path) = &self.way else {
             return from.or_else(|| self.newest_read(node, index, source?));
         };
@@ -144,11 +148,12 @@ impl Lineage {
         };
         let worked = &self.nodes[by.node].ticks[index];
         let mut beginnings = match sent.from {
-            Some(from) => self.beginnings_of(from)?,
-            None => worked.beginnings.clone()?,
+            Derived::Message(from) => self.beginnings_of(from)?,
+            Derived::Reads => worked.beginnings.clone()?,
+            Derived::Nothing => Beginnings::new(),
         };
-        // A node that says nothing of a sensing begins data, too.
-        if self.nodes[by.node].begins || (sent.origin.is_none() && sent.from.is_none()) {
+        // A node that had read nothing by then begins data, too.
+        if self.nodes[by.node].begins || sent.origin.is_none() || sent.from == Derived::Nothing {
             add_newest(&mut beginnings, (by.node, worked.tick.at));
         }
         Some(beginnings)

@@ -1,6 +1,6 @@
 //! The node that plays chunks.
 
-use ratelab::{GO_ON, Node, Publisher, Subscription, Tick, Time};
+use ratelab::{Flow, Node, Publisher, Subscription, Tick, TickResult, Time};
 
 use super::{
     ACTION_PERIOD,
@@ -57,8 +57,9 @@ impl Player {
     }
 
     /// Takes the chunks that were delivered since the last tick.
-    fn take(&mut self, now: Time, step: &mut PlayerStep) {
-        while let Some(message) = self.chunks.next(now) {
+    fn take(&mut self, tick: &mut Tick, step: &mut PlayerStep) {
+        let now = tick.now();
+        while let Some(message) = tick.read_next(&mut self.chunks) {
             let error = delay_error(&message.data, now);
             step.most_delay_error = match step.taken {
                 0.0 => error,
@@ -73,7 +74,8 @@ impl Player {
     }
 
     /// Asks for a chunk if few actions are left, or none.
-    fn ask(&mut self, now: Time, took: bool) {
+    fn ask(&mut self, tick: &Tick, took: bool) {
+        let now = tick.now();
         let (Some(requests), Some(share)) = (&self.requests, self.settings.refill) else {
             return;
         };
@@ -83,7 +85,7 @@ impl Player {
         self.asked = self.asked.filter(waits);
         if left <= share * horizon.get() as f64 && self.asked.is_none() {
             self.asked = Some(now);
-            requests.publish(Request { left }, now, None);
+            tick.publish_new(requests, Request { left });
         }
     }
 
@@ -110,11 +112,12 @@ fn delay_error(chunk: &Chunk, now: Time) -> f64 {
 }
 
 impl Node for Player {
-    fn tick(&mut self, now: Time) -> Tick {
+    fn tick(&mut self, tick: &mut Tick) -> TickResult {
+        let now = tick.now();
         let mut step = PlayerStep::default();
         self.queue.advance();
-        self.take(now, &mut step);
-        self.ask(now, step.taken > 0.0);
+        self.take(tick, &mut step);
+        self.ask(tick, step.taken > 0.0);
         let planned = self.queue.action(now, &self.history);
         if planned.is_none() && self.has_begun {
             step.stalls = 1.0;
@@ -124,8 +127,7 @@ impl Node for Player {
             step.index = newest.place_by_time(now) as f64;
         }
         if step.taken + step.stalls > 0.0 {
-            // Now, and not when the tick is over.
-            self.steps.forward(step, now, now, None);
+            tick.publish_now(&self.steps, step);
         }
         if let Some(planned) = &planned {
             let step = PlayerStep {
@@ -134,24 +136,21 @@ impl Node for Player {
                 ..self.played(planned)
             };
             self.pending = Some((planned.clone(), step));
-            let origin = Some(planned.sensed());
-            let chunk = planned.newest().and_then(|seq| self.chunks.message_id(seq));
-            let action = Action(planned.action);
-            self.actions.publish_from(action, now, origin, chunk);
+            tick.publish_from(&self.actions, Action(planned.action), planned.cause());
         }
         let action = planned.map(|planned| planned.action);
         self.history.begin(now, action);
-        GO_ON
+        Ok(Flow::Continue)
     }
 
-    fn apply(&mut self, now: Time) -> Tick {
+    fn apply(&mut self, tick: &mut Tick) -> TickResult {
         if let Some((planned, mut step)) = self.pending.take() {
             self.history.publish(planned.action);
             step.used = planned.take_parts() as f64;
             step.seam = f64::from(std::mem::take(&mut self.seam));
-            self.steps.publish(step, now, None);
+            tick.publish_new(&self.steps, step);
         }
-        GO_ON
+        Ok(Flow::Continue)
     }
 
     fn set_parameter(&mut self, name: &str, value: &str, _: Time) -> Result<String, String> {

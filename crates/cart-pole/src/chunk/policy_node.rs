@@ -1,6 +1,6 @@
 //! The node of a policy that answers with chunks.
 
-use ratelab::{GO_ON, LastTick, Node, NodeCrash, Publisher, Subscription, Tick, Time};
+use ratelab::{Flow, LastTick, Node, NodeCrash, Publisher, Subscription, Tick, TickResult, Time};
 
 use super::{
     message::{Chunk, Request},
@@ -26,18 +26,18 @@ pub struct ChunkPolicy {
 }
 
 impl Node for ChunkPolicy {
-    fn tick(&mut self, now: Time) -> Tick {
+    fn tick(&mut self, tick: &mut Tick) -> TickResult {
         if let Some(took) = self.last_tick.take() {
             self.planner.took(took);
         }
         if let Some(requests) = &mut self.requests {
-            requests.latest(now);
+            tick.read(requests);
         }
-        let Some(sensed) = self.observations.latest(now) else {
-            return GO_ON; // No reading yet.
+        let Some(sensed) = tick.read(&mut self.observations) else {
+            return Ok(Flow::Continue); // No reading yet.
         };
         let (policy, origin) = (&mut *self.policy, sensed.sensed());
-        let chunk = self.planner.chunk(policy, &sensed.data, origin, now);
+        let chunk = self.planner.chunk(policy, &sensed.data, origin, tick.now());
         if let Some(why) = self.policy.crash() {
             return Err(NodeCrash(why).into());
         }
@@ -45,8 +45,8 @@ impl Node for ChunkPolicy {
         if let Some(action) = finite {
             return Err(NotFinite::new(self.policy.name(), Action(*action), sensed.data).into());
         }
-        self.chunks.publish(chunk, now, Some(origin));
-        GO_ON
+        tick.publish_from(&self.chunks, chunk, &sensed);
+        Ok(Flow::Continue)
     }
 
     /// Replaces the policy by the named one, if it supports that.

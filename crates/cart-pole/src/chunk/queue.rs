@@ -8,7 +8,7 @@ use std::{
     },
 };
 
-use ratelab::{Message, Time};
+use ratelab::{Cause, Message, Time};
 use strum::VariantArray;
 
 use super::{
@@ -26,6 +26,8 @@ pub(super) struct Taken {
     pub(super) chunk: Chunk,
     pub(super) seq: u64,
     pub(super) origin: Time,
+    /// What an action of it is derived from.
+    cause: Cause,
     /// Start of the tick that took it.
     at: Time,
     /// Whether its actions were used.
@@ -37,6 +39,7 @@ impl Taken {
         Self {
             seq: message.seq,
             origin: message.sensed(),
+            cause: message.cause(),
             at,
             used: message.data.actions.iter().map(|_| false.into()).collect(),
             chunk: message.data,
@@ -90,6 +93,8 @@ pub(super) struct Planned {
     pub(super) action: f32,
     /// Run time of the reading behind it (ns), a mean if there are several.
     origin: f64,
+    /// The newest chunk that went into it.
+    newest: Arc<Taken>,
     /// The actions that went into it.
     parts: Vec<(Arc<Taken>, usize)>,
 }
@@ -99,6 +104,7 @@ impl Planned {
         Some(Self {
             action: taken.action(place)?,
             origin: taken.origin.as_nanos() as f64,
+            newest: taken.clone(),
             parts: vec![(taken.clone(), place as usize)],
         })
     }
@@ -109,18 +115,20 @@ impl Planned {
         Self {
             action: mean(self.action.into(), before.action.into()) as f32,
             origin: mean(self.origin, before.origin),
+            newest: if before.newest.seq > self.newest.seq {
+                before.newest
+            } else {
+                self.newest
+            },
             parts: [before.parts, self.parts].concat(),
         }
     }
 
-    /// Run time of the reading behind it, to the nanosecond.
-    pub(super) fn sensed(&self) -> Time {
-        Time::from_nanos(self.origin.round_ties_even() as u64)
-    }
-
-    /// Sequence number of the newest chunk that went into it.
-    pub(super) fn newest(&self) -> Option<u64> {
-        self.parts.iter().map(|(taken, _)| taken.seq).max()
+    /// The newest chunk that went into it, with the run time of the reading behind the action, to the
+    /// nanosecond.
+    pub(super) fn cause(&self) -> Cause {
+        let sensed = Time::from_nanos(self.origin.round_ties_even() as u64);
+        self.newest.cause.sensed_at(sensed)
     }
 
     /// Uses its parts; returns the number of those that were not used before.
@@ -224,18 +232,20 @@ impl PlayQueue {
     fn ensemble(&self, now: Time, decay: f64, history: &History) -> Option<Planned> {
         let at = |taken: &Arc<Taken>| Planned::one(taken, taken.place(self.play, now, history));
         let (mut weights, mut actions, mut ages) = (0.0, 0.0, 0.0);
-        let mut parts = Vec::new();
+        let (mut newest, mut parts) = (None, Vec::new());
         for (number, mut one) in self.taken.iter().filter_map(at).enumerate() {
             let weight = (-decay * number as f64).exp();
             weights += weight;
             actions += weight * f64::from(one.action);
             ages += weight * (now.as_nanos() as f64 - one.origin);
             parts.append(&mut one.parts);
+            newest = Some(one.newest);
         }
         let age = (ages / weights).round_ties_even();
-        (!parts.is_empty()).then(|| Planned {
+        Some(Planned {
             action: (actions / weights) as f32,
             origin: now.as_nanos() as f64 - age,
+            newest: newest?,
             parts,
         })
     }

@@ -15,15 +15,14 @@ pub trait Executors {
     ///
     /// ```
     /// use std::sync::{Arc, atomic::{AtomicU32, Ordering::Relaxed}};
-    /// use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, Time, VirtualClock};
+    /// use ratelab::{Clock, Graph, Hz, Inbox, Tick, Time, VirtualClock};
     /// use ratelab_effects::{Callback, Executors};
     ///
     /// let (mut graph, ticks) = (Graph::new(), Arc::new(AtomicU32::new(0)));
     /// for node in ["lidar", "planner"] {
     ///     let ticks = ticks.clone();
-    ///     graph.node(node, Hz::new(10.0)?, 0, |_| move |_| {
+    ///     graph.node(node, Hz::new(10.0)?, 0, |_| move |_: &mut Tick| {
     ///         ticks.fetch_add(1, Relaxed);
-    ///         GO_ON
     ///     })?;
     /// }
     /// graph.executor("single".parse()?, ["lidar", "planner"].map(Callback::of))?;

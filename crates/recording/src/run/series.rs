@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use ratelab::{Head, MessageId, Push, TickId, Time, Topology};
+use ratelab::{Derived, Head, MessageId, Push, TickId, Time, Topology};
 use ratelab_account::{Rows, TickCauses, TickRecord, TopicRead};
 
 use super::row::{
@@ -54,6 +54,7 @@ impl RecordRow for Head {
             RareCount,
         ),
         Column::new("from_topic", "topic that it was derived from", RareCount),
+        // Without a topic: it was derived from none, and its data begin with the tick.
         Column::new("from_seq", "message that it was derived from", RareCount),
     ];
 
@@ -83,15 +84,21 @@ impl RecordRow for Head {
             self.arrives.map(Time::as_nanos),
             self.by.map(|by| by.node as u64),
             self.by.map(|by| by.number.wrapping_sub(self.seq)),
-            self.from.map(|from| from.topic as u64),
-            self.from.map(|from| from.seq),
+            self.from.message().map(|from| from.topic as u64),
+            match self.from {
+                Derived::Reads => None,
+                Derived::Message(from) => Some(from.seq),
+                Derived::Nothing => Some(0),
+            },
         ]
     }
 
     fn is_in(&self, topology: &Topology) -> bool {
         let Self { by, from, .. } = self;
         by.is_none_or(|by| by.node < topology.nodes.len())
-            && from.is_none_or(|from| from.topic < topology.topics.len())
+            && from
+                .message()
+                .is_none_or(|from| from.topic < topology.topics.len())
     }
 
     fn from_cells(cells: &[Option<u64>], _: &[u64]) -> Option<Self> {
@@ -114,14 +121,18 @@ impl RecordRow for Head {
             node: node as usize,
             number: number.wrapping_add(seq.unwrap_or_default()),
         });
-        let derived = topic.zip(from).map(|(topic, seq)| MessageId {
-            topic: topic as usize,
-            seq,
-        });
-        let is_whole = node.is_some() == tick.is_some() && topic.is_some() == from.is_some();
-        is_whole.then_some(Self {
+        let from = match (topic, from) {
+            (None, None) => Derived::Reads,
+            (Some(topic), Some(seq)) => Derived::Message(MessageId {
+                topic: topic as usize,
+                seq,
+            }),
+            (None, Some(0)) => Derived::Nothing,
+            _ => return None,
+        };
+        (node.is_some() == tick.is_some()).then_some(Self {
             by,
-            from: derived,
+            from,
             seq: seq?,
             at: Time::from_nanos(at?),
             stamp: Time::from_nanos(stamp?),

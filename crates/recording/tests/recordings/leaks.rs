@@ -10,7 +10,7 @@ use std::{
     thread,
 };
 
-use ratelab::{Command, GO_ON, Shared, Time};
+use ratelab::{Command, Shared, Tick, Time};
 use ratelab_account::fields;
 use ratelab_recording::{FinishedRecording, Recorder, Source};
 use ratelab_study::{
@@ -40,18 +40,14 @@ fn leaky(
         let (reads, adds) = (reads.clone(), adds.clone());
         builder.node("reads", 200.0, 0, move |wiring| {
             let (numbers, reads) = (wiring.publisher(&number), reads.clone());
-            move |now| {
+            move |tick: &mut Tick| {
                 let number = reads();
-                numbers.publish(Number { number }, now, None);
-                GO_ON
+                tick.publish(&numbers, Number { number });
             }
         })?;
         builder.node("adds", 200.0, 1, move |_| {
             let adds = adds.clone();
-            move |_| {
-                adds();
-                GO_ON
-            }
+            move |_: &mut Tick| adds()
         })
     };
     Arc::new(Made("leaky", build))

@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path, sync::Arc, thread, time::Duration};
 
-use ratelab::{ClockKind, Command, GO_ON, Speed, Time};
+use ratelab::{ClockKind, Command, Flow, Speed, Tick, Time};
 use ratelab_cart_pole::CartPole;
 use ratelab_recording::{
     Recorder, Source, StopReason,
@@ -192,13 +192,13 @@ fn the_recording_of_a_run_that_fails_is_complete() {
         let topic = builder.topic::<Number>("/number");
         builder.node("breaks", 50.0, 0, move |wiring| {
             let (numbers, mut number) = (wiring.publisher(&topic), 0.0);
-            move |now| {
+            move |tick: &mut Tick| {
                 if number == 9.0 {
                     return Err("it has enough".into());
                 }
                 number += 1.0;
-                numbers.publish(Number { number }, now, None);
-                GO_ON
+                tick.publish(&numbers, Number { number });
+                Ok(Flow::Continue)
             }
         })
     });

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ratelab::{END, GO_ON, KnobKind, TimedKnob};
+use ratelab::{Flow, KnobKind, Tick, TimedKnob};
 use ratelab_account::{Fields, Rows, fields};
 use ratelab_recording::{Recording, RunStatus, rrd::scene::signals};
 use ratelab_study::{
@@ -58,22 +58,28 @@ impl System for Ball {
         let falls = fall.clone();
         builder.node("the ball", 100.0, 0, move |wiring| {
             let (falls, mut height, mut speed) = (wiring.publisher(&falls), 5.0, 0.0);
-            move |now| {
+            move |tick: &mut Tick| {
                 speed -= 0.0981;
                 height += speed / 100.0;
-                falls.publish(Fall { height, speed }, now, Some(now));
-                if height > 0.0 { GO_ON } else { END }
+                tick.publish_stamped(&falls, Fall { height, speed }, tick.now());
+                if height > 0.0 {
+                    Flow::Continue
+                } else {
+                    Flow::End
+                }
             }
         })?;
         builder.node("eye", 30.0, 1, move |wiring| {
             let (mut seen, blink) = (wiring.subscription(&fall), wiring.publisher(&blink));
             let internal = wiring.publisher(&internal);
-            move |now| {
-                internal.publish("seen".to_owned(), now, None);
-                if seen.latest(now).is_some_and(|message| message.seq % 2 == 0) {
-                    blink.publish(Blink, now, None);
+            move |tick: &mut Tick| {
+                tick.publish(&internal, "seen".to_owned());
+                if tick
+                    .read(&mut seen)
+                    .is_some_and(|message| message.seq % 2 == 0)
+                {
+                    tick.publish(&blink, Blink);
                 }
-                GO_ON
             }
         })
     }

@@ -2,7 +2,7 @@
 
 use std::{hint::black_box, sync::Arc};
 
-use ratelab::{GO_ON, Time};
+use ratelab::{Tick, Time};
 use ratelab_recording::{Recording, Replay};
 use ratelab_study::{
     experiment::Experiment,
@@ -18,11 +18,10 @@ fn pair(builder: &mut Builder<'_>) -> Result<(), BuildError> {
         let topic = topic.clone();
         builder.node(name, hz, 0, move |wiring| {
             let numbers = wiring.publisher(&topic);
-            move |now| {
+            move |tick: &mut Tick| {
                 let sum = |sum: f64, n| black_box(sum + f64::from(n)).sqrt();
                 let number = (0..work).fold(0.0, sum);
-                numbers.publish(Number { number }, now, None);
-                GO_ON
+                tick.publish(&numbers, Number { number });
             }
         })?;
     }

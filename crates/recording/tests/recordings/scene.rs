@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, time::Duration};
 
-use ratelab::{Head, Time};
+use ratelab::{Derived, Head, Time};
 use ratelab_account::Snapshot;
 use ratelab_cart_pole::{CartPole, POLICY, STATE};
 use ratelab_recording::{
@@ -159,7 +159,7 @@ fn bars_of_latency_widen_and_none_is_lost() {
         stamp: at,
         dropped: 0,
         origin: Some(at - Duration::from_millis(latency)),
-        from: None,
+        from: Derived::Reads,
         arrives: Some(at),
     };
     let steps = [(0, 0), (1, 0), (2, 0), (3, 180), (4, 180)].map(step);

@@ -3,7 +3,7 @@
 
 use std::{fs, path::Path, sync::Arc};
 
-use ratelab::{Head, MessageId, Time};
+use ratelab::{Derived, Head, MessageId, Time};
 use ratelab_account::TickRecord;
 use ratelab_recording::{
     Recording, RecordingEnd, VerifyError,
@@ -98,8 +98,12 @@ impl Sealer {
             by.map(|by| by.number.wrapping_sub(seq)),
         ]);
         self.rare([
-            from.map(|from| from.topic as u64),
-            from.map(|from| from.seq),
+            from.message().map(|from| from.topic as u64),
+            match from {
+                Derived::Reads => None,
+                Derived::Message(from) => Some(from.seq),
+                Derived::Nothing => Some(0),
+            },
         ]);
         self.numbers(numbers.iter().map(|number| number.to_bits()));
     }

@@ -6,7 +6,7 @@ use std::{
     time::Duration,
 };
 
-use ratelab::{GO_ON, Shared};
+use ratelab::{Shared, Tick};
 use ratelab_study::system::{BuildError, Builder, System};
 
 /// How long a node is between its two operations, so that those of the other come between.
@@ -37,15 +37,14 @@ impl System for Adders {
             let (number, sum) = (number.clone(), sum.clone());
             builder.node(name, 1_000.0, 0, move |wiring| {
                 let (number, sum) = (number.clone(), wiring.publisher(&sum));
-                move |now| {
+                move |tick: &mut Tick| {
                     let added = {
                         let mut number = number.lock();
                         *number += 1.0;
                         *number
                     };
                     thread::sleep(BETWEEN);
-                    sum.publish(added, now, None);
-                    GO_ON
+                    tick.publish(&sum, added);
                 }
             })?;
         }

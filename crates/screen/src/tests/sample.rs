@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{ClockKind, Head, Hz, Speed, Status, Time};
+use ratelab::{ClockKind, Derived, Head, Hz, Speed, Status, Time};
 use ratelab_cart_pole::CartPole;
 use ratelab_study::system::{AgeLimits, Picture, System};
 
@@ -186,7 +186,7 @@ pub fn head(seq: u64, at: Time, origin: Option<Time>) -> Head {
         stamp: at,
         seq,
         origin,
-        from: None,
+        from: Derived::Reads,
         arrives: Some(at),
         dropped: 0,
     }

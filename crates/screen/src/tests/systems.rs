@@ -1,6 +1,6 @@
 //! Systems other than the cart-pole.
 
-use ratelab::{END, GO_ON};
+use ratelab::{Flow, Tick};
 use ratelab_account::fields;
 use ratelab_study::system::{
     BuildError, Builder, Picture, Setup as RunSetup, Shape, Signal, Style, System, Verdict,
@@ -47,22 +47,25 @@ impl System for Drone {
         let (thrusts, flights) = (thrust.clone(), flight.clone());
         builder.node("pilot", 20.0, 0, move |wiring| {
             let (thrust, mut flight) = (wiring.publisher(&thrusts), wiring.subscription(&flights));
-            move |now| {
-                let seen = flight.latest(now);
-                thrust.publish(0.5, now, seen.map(|message| message.stamp));
-                GO_ON
+            move |tick: &mut Tick| {
+                tick.read(&mut flight);
+                tick.publish(&thrust, 0.5);
             }
         })?;
         builder.node("rotors", 50.0, 1, move |wiring| {
             let (mut thrust, flight) = (wiring.subscription(&thrust), wiring.publisher(&flight));
             let mut height = 2.0;
-            move |now| {
-                let asked = thrust.latest(now);
+            move |tick: &mut Tick| {
+                let asked = tick.read(&mut thrust);
                 height -= 0.01;
                 let thrust = asked.map_or(0.0, |message| message.data);
                 let state = Flight { height, thrust };
-                flight.publish(state, now, asked.and_then(|message| message.origin));
-                if height > 0.0 { GO_ON } else { END }
+                tick.publish_new(&flight, state);
+                if height > 0.0 {
+                    Flow::Continue
+                } else {
+                    Flow::End
+                }
             }
         })
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ratelab::{GO_ON, MeterRecorder, Node, Publisher, PushRecorder, Shared, Tick, Time};
+use ratelab::{Flow, MeterRecorder, Node, Publisher, Shared, Tick, TickResult, Time};
 use ratelab_account::RowReader;
 
 use super::HeaderStamp;
@@ -58,8 +58,8 @@ pub(super) struct ChainEnds {
     pub(super) chains: Vec<ChainEnd>,
     pub(super) ages: Arc<Shared<ChainAges>>,
     pub(super) publisher: Publisher<Numbers>,
-    /// The age of the first chain of the file over time, where no system has one.
-    pub(super) push_age: Option<PushRecorder>,
+    /// Whether the first chain of the file acts on the world: no system does.
+    pub(super) acts: bool,
 }
 
 /// The end of a chain.
@@ -88,19 +88,18 @@ impl Beginning {
 }
 
 impl GraphNode {
-    fn publish(&self, output: &Output, now: Time) {
-        let stamp = self.copied_stamp();
-        let stamp = stamp.unwrap_or_else(|| output.publisher.shows(now));
+    fn publish(&self, output: &Output, tick: &Tick) {
+        let stamp = self.copied_stamp().unwrap_or_else(|| tick.stamp());
         let nanos = |at: Option<Time>| at.map_or(f64::NAN, |at| at.as_nanos() as f64);
         let row = if output.chains.is_empty() {
             vec![nanos(Some(stamp))]
         } else {
             let chains = output.chains.iter();
             chains
-                .map(|chain| nanos(chain.at(now, &self.inputs)))
+                .map(|chain| nanos(chain.at(tick.now(), &self.inputs)))
                 .collect()
         };
-        output.publisher.publish(Numbers(row), now, Some(stamp));
+        tick.publish_stamped(&output.publisher, Numbers(row), stamp);
     }
 
     /// The header stamp that it copies; `None` before there is one, and if it stamps by its clock.
@@ -113,26 +112,27 @@ impl GraphNode {
 }
 
 impl Node for GraphNode {
-    fn tick(&mut self, now: Time) -> Tick {
+    fn tick(&mut self, tick: &mut Tick) -> TickResult {
         for input in &mut self.inputs {
-            if let Some(sensed) = (input.reader)(now, &mut input.row) {
+            if let Some(sensed) = (input.reader)(tick, &mut input.row) {
                 input.sensed = Some(sensed);
             }
         }
         let mut inputs = self.inputs.iter();
         if self.inputs.is_empty() || inputs.any(|input| input.sensed.is_some()) {
             let outputs = self.outputs.iter();
-            outputs.for_each(|output| self.publish(output, now));
+            outputs.for_each(|output| self.publish(output, tick));
         }
         let ends = self.ends.iter_mut().flat_map(|ends| &mut ends.chains);
-        ends.for_each(|end| end.begun = end.beginning.at(now, &self.inputs));
-        GO_ON
+        ends.for_each(|end| end.begun = end.beginning.at(tick.now(), &self.inputs));
+        Ok(Flow::Continue)
     }
 
     /// Measures the chains when the messages of the tick are published.
-    fn apply(&mut self, now: Time) -> Tick {
+    fn apply(&mut self, tick: &mut Tick) -> TickResult {
+        let now = tick.now();
         let Some(ends) = &mut self.ends else {
-            return GO_ON;
+            return Ok(Flow::Continue);
         };
         let mut first = None;
         for end in &mut ends.chains {
@@ -143,14 +143,14 @@ impl Node for GraphNode {
                 first = end.begun;
             }
         }
-        if let (Some(age), Some(begun)) = (&ends.push_age, first) {
-            age.push(now, begun);
+        if let Some(begun) = first.filter(|_| ends.acts) {
+            tick.act_on(begun);
         }
         // The rows are in the order of their times, whichever node publishes them.
         let mut ages = ends.ages.lock();
         let outputs = ends.chains.iter().map(|end| (end.number, end.begun));
         let row = ages.row(now, outputs);
-        ends.publisher.publish(row, now, first);
-        GO_ON
+        tick.publish_stamped(&ends.publisher, row, first);
+        Ok(Flow::Continue)
     }
 }

@@ -196,12 +196,11 @@ impl GraphWires {
             begun: None,
         });
         let chains: Vec<_> = chains.collect();
-        let acts = alone && chains.iter().any(|chain| chain.number == 0);
         ChainEnds {
+            acts: alone && chains.iter().any(|chain| chain.number == 0),
             chains,
             ages: self.ages.clone(),
             publisher: wiring.publisher(&self.chains),
-            push_age: acts.then(|| wiring.push_age()),
         }
     }
 }

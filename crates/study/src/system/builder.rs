@@ -3,8 +3,8 @@
 use std::{collections::BTreeMap, sync::Arc};
 
 use ratelab::{
-    Depth, GO_ON, Graph, Hz, Knob, KnobKind, Node, Payload, Release, Tick, Time, TimedKnob, Topic,
-    Wiring,
+    Depth, Graph, Hz, IntoTickResult, Knob, KnobKind, Node, Payload, Release, Tick, Time,
+    TimedKnob, Topic, Wiring,
 };
 use ratelab_account::{Fields, NamedTopic, RecordedTopic};
 use ratelab_effects::{Callback, Effects, Executor, Executors};
@@ -147,14 +147,14 @@ impl<'a> Builder<'a> {
     ///
     /// # Errors
     /// [`BuildError`] for an invalid `hz` or a name that is taken.
-    pub fn own_world<W: World, F>(
+    pub fn own_world<W: World, F, R: IntoTickResult + 'static>(
         &mut self,
         world: W,
         hz: f64,
         look: impl FnOnce(&mut Wiring<'_>) -> F,
     ) -> Result<SharedWorld<W>, BuildError>
     where
-        F: FnMut(&W, Time) -> Tick + Send + 'static,
+        F: FnMut(&W, &Tick) -> R + Send + 'static,
     {
         let world = SharedWorld::new(world);
         let shared = world.clone();
@@ -166,7 +166,7 @@ impl<'a> Builder<'a> {
                 "the world moves by itself: choose a node of the robot",
             );
             let mut look = look(wiring);
-            move |now| look(&world.at(now), now)
+            move |tick: &mut Tick| look(&world.at(tick.now()), tick)
         };
         self.single_node(WORLD, Hz::new(hz)?.into(), 0, build)?;
         Ok(shared)
@@ -217,12 +217,10 @@ impl<'a> Builder<'a> {
                     false => wiring.subscription(&input),
                 };
                 let output = wiring.publisher(&output);
-                move |now| {
-                    if let Some(message) = input.latest(now) {
-                        let sensed = message.sensed();
-                        output.publish(message.data, now, Some(sensed));
+                move |tick: &mut Tick| {
+                    if let Some(message) = tick.read(&mut input) {
+                        tick.publish(&output, message.data);
                     }
-                    GO_ON
                 }
             })?;
         }

@@ -7,7 +7,7 @@ use super::{BuildError, Builder, System};
 ///
 /// ```
 /// use std::sync::Arc;
-/// use ratelab::{Depth, GO_ON, Graph, Hz, Topic};
+/// use ratelab::{Depth, Graph, Hz, Tick, Topic};
 /// use ratelab_study::{
 ///     experiment::{Config, Experiment},
 ///     system::{BuildError, LibraryGraph},
@@ -17,17 +17,15 @@ use super::{BuildError, Builder, System};
 ///     let count = Topic::new("/count", Depth::ONE);
 ///     graph.node("counter", Hz::new(10.0)?, 0, |wiring| {
 ///         let (count, mut number) = (wiring.publisher(&count), 0);
-///         move |now| {
+///         move |tick: &mut Tick| {
 ///             number += 1;
-///             count.publish(number, now, None);
-///             GO_ON
+///             tick.publish(&count, number);
 ///         }
 ///     })?;
 ///     Ok(graph.node("reader", Hz::new(2.0)?, 1, |wiring| {
 ///         let mut count = wiring.subscription(&count);
-///         move |now| {
-///             count.latest(now);
-///             GO_ON
+///         move |tick: &mut Tick| {
+///             tick.read(&mut count);
 ///         }
 ///     })?)
 /// }

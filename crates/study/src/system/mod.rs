@@ -5,7 +5,7 @@
 //!
 //! ```
 //! use std::sync::Arc;
-//! use ratelab::{END, GO_ON};
+//! use ratelab::{Flow, Tick};
 //! use ratelab_study::{
 //!     experiment::{Config, Experiment},
 //!     system::{BuildError, Builder, System},
@@ -24,17 +24,16 @@
 //!         let counted = count.clone();
 //!         builder.node("counter", 10.0, 0, move |wiring| {
 //!             let (count, mut number) = (wiring.publisher(&counted), 0);
-//!             move |now| {
+//!             move |tick: &mut Tick| {
 //!                 number += 1;
-//!                 count.publish(number, now, None);
-//!                 GO_ON
+//!                 tick.publish(&count, number);
 //!             }
 //!         })?;
 //!         builder.node("reader", 2.0, 1, move |wiring| {
 //!             let mut count = wiring.subscription(&count);
-//!             move |now| match count.latest(now) {
-//!                 Some(message) if message.data > 20 => END,
-//!                 _ => GO_ON,
+//!             move |tick: &mut Tick| match tick.read(&mut count) {
+//!                 Some(message) if message.data > 20 => Flow::End,
+//!                 _ => Flow::Continue,
 //!             }
 //!         })
 //!     }

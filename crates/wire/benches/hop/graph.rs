@@ -1,6 +1,6 @@
 //! A graph of one topic, for hops: a node that publishes when it ticks.
 
-use ratelab::{GO_ON, Time};
+use ratelab::{Tick, Time};
 use ratelab_account::fields;
 use ratelab_study::system::{BuildError, Builder, System};
 use ratelab_wire::machine;
@@ -31,17 +31,16 @@ impl System for Hop {
         let published = topic.clone();
         builder.node(SOURCE, f64::from(self.0), 0, move |wiring| {
             let topic = wiring.publisher(&published);
-            move |now: Time| {
+            move |tick: &mut Tick| {
+                let now = tick.now();
                 let at = machine::now() as f64;
-                topic.publish(Sent { at }, now, None);
-                GO_ON
+                tick.publish(&topic, Sent { at });
             }
         })?;
         builder.node(READER, 1.0, 1, move |wiring| {
             let mut topic = wiring.subscription(&topic);
-            move |now| {
-                topic.latest(now);
-                GO_ON
+            move |tick: &mut Tick| {
+                tick.read(&mut topic);
             }
         })
     }

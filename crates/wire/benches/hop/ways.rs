@@ -10,7 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use ratelab::{Clock, ClockKind, GO_ON, Graph, Hz, Inbox, Time, Wiring};
+use ratelab::{Clock, ClockKind, Graph, Hz, Inbox, Tick, Time, Wiring};
 use ratelab_real_clock::RealClock;
 use ratelab_study::experiment::{Config, Experiment};
 use ratelab_wire::{Bridge, SessionEnd, Settings, machine};
@@ -102,10 +102,9 @@ fn send_datagrams(address: &str, hz: u32) -> f64 {
     let mut graph = Graph::new();
     let rate = Hz::new(f64::from(hz)).expect("a rate");
     let node = move |_: &mut Wiring<'_>| {
-        move |_| {
+        move |_: &mut Tick| {
             bytes[..8].copy_from_slice(&machine::now().to_le_bytes());
             let _ = socket.send(&bytes);
-            GO_ON
         }
     };
     graph.node(SOURCE, rate, 0, node).expect("one node");

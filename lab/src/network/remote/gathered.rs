@@ -3,8 +3,8 @@
 use std::{collections::BTreeMap, mem, sync::Arc, time::Duration};
 
 use ratelab::{
-    ClockExit, ClockKind, Command, Event, EventKind, Head, MessageId, Speed, Status, TickId, Time,
-    Topology,
+    ClockExit, ClockKind, Command, Derived, Event, EventKind, Head, MessageId, Speed, Status,
+    TickId, Time, Topology,
 };
 use ratelab_account::{
     Lineage, Observer, ReplayAccounts, Rows, Snapshot, TickCauses, TickRecord, TopicRead,
@@ -173,7 +173,11 @@ impl GatheredRun {
         let head = Head {
             at: place.at,
             by,
-            from: message.from.and_then(|from| self.numbered(from)),
+            from: match message.from.and_then(|from| self.numbered(from)) {
+                Some(from) => Derived::Message(from),
+                None if message.begins => Derived::Nothing,
+                None => Derived::Reads,
+            },
             stamp: place.at,
             seq: place.number,
             origin: message.origin,

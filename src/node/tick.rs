@@ -1,0 +1,279 @@
+//! What a node gets for a tick: the time, its reads, and its messages.
+
+use std::time::Duration;
+
+use crate::{
+    record::{Derived, NodeRecord, Push, RecordSender, TickId},
+    sync::Arc,
+    time::Time,
+    topic::{Cause, Message, Outbox, Payload, Publication, Publisher, SourceRank, Subscription},
+};
+
+/// One tick of a node: what it reads and publishes passes through here, so that every message knows
+/// what it was derived from.
+///
+/// ```
+/// use ratelab::{Depth, Tick, Time, Topic};
+///
+/// let (obs, action) = (Topic::new("/obs", Depth::ONE), Topic::new("/action", Depth::ONE));
+/// let (mut readings, mut decisions) = (obs.subscribe(), action.subscribe());
+/// Tick::at(Time::from_nanos(10)).publish(&obs.publisher(), 0.02);
+///
+/// // The action is as old as the reading behind it.
+/// let mut policy = Tick::at(Time::from_nanos(30));
+/// let reading = policy.read(&mut readings).expect("published");
+/// policy.publish(&action.publisher(), -5.0 * reading.data);
+///
+/// let mut actuator = Tick::at(Time::from_nanos(30));
+/// let action = actuator.read(&mut decisions).expect("published");
+/// assert_eq!(action.sensed(), Time::from_nanos(10));
+/// assert_eq!(actuator.age().expect("it read").as_nanos(), 20);
+/// ```
+#[derive(Debug)]
+pub struct Tick {
+    now: Time,
+    /// `None` outside of a graph.
+    id: Option<TickId>,
+    source: SourceRank,
+    /// What the node read last with each of its subscriptions, in this tick or before.
+    reads: Vec<(SubscriptionKey, Cause)>,
+    /// Whether the work is done, and only the effect on the world is left.
+    is_over: bool,
+    /// The sensing behind what the node does to the world at the end.
+    acts_on: Option<Time>,
+    outbox: Arc<Outbox>,
+    records: RecordSender,
+}
+
+/// The number of a subscription's bus, and the index of its reader there.
+type SubscriptionKey = (usize, usize);
+
+impl Tick {
+    /// A tick at run time `now` outside of a graph: for tests, and for whoever publishes to a running
+    /// graph or reads from it.
+    pub fn at(now: Time) -> Self {
+        Self {
+            now,
+            id: None,
+            source: SourceRank::UNKNOWN,
+            reads: Vec::new(),
+            is_over: false,
+            acts_on: None,
+            outbox: Arc::default(),
+            records: RecordSender::default(),
+        }
+    }
+
+    /// For the ticks of a node of a graph, one after the other.
+    pub(crate) fn of_node(records: RecordSender, outbox: Arc<Outbox>, reads: bool) -> Self {
+        let node = records.index();
+        Self {
+            source: SourceRank::of(node, reads),
+            outbox,
+            records,
+            ..Self::at(Time::ZERO)
+        }
+    }
+
+    /// Begins the next tick.
+    #[inline]
+    pub(crate) fn begin(&mut self, now: Time) {
+        let number = self.id.map_or(0, |last| last.number + 1);
+        let node = self.records.index();
+        self.id = Some(TickId { node, number });
+        self.now = now;
+        self.is_over = false;
+        self.acts_on = None;
+    }
+
+    /// Ends its work: what is left is the effect on the world.
+    #[inline]
+    pub(crate) fn end(&mut self, now: Time) {
+        self.now = now;
+        self.is_over = true;
+        if let Some(sensed) = self.acts_on.take() {
+            self.record_action(sensed);
+        }
+    }
+
+    /// Its number, counted from zero.
+    #[inline]
+    pub(crate) fn number(&self) -> u64 {
+        self.id.map_or(0, |id| id.number)
+    }
+
+    /// Run time: the start of the tick; in [`Node::apply`](crate::Node::apply) its end.
+    #[inline]
+    pub fn now(&self) -> Time {
+        self.now
+    }
+
+    /// What the node's own clock shows now, by which its messages are stamped.
+    pub fn stamp(&self) -> Time {
+        if self.outbox.is_needed() {
+            self.outbox.shows(self.now)
+        } else {
+            self.now
+        }
+    }
+
+    /// Reads the newest message, or `None` before the first. Older messages count as seen.
+    ///
+    /// With [`ReadOrder::Oldest`](crate::ReadOrder::Oldest) it reads the oldest unread message
+    /// instead. If its messages trigger the node, it reads the one that this tick is for.
+    #[inline]
+    pub fn read<T: Payload>(&mut self, from: &mut Subscription<T>) -> Option<Message<T>> {
+        let message = from.newest(self.now, self.number())?;
+        self.add_read(from.key(), message.cause());
+        Some(message)
+    }
+
+    /// Reads the oldest message that this subscription has not seen, or `None` if it has seen all:
+    /// for nodes that need every message, in the order of delivery. If its messages trigger the
+    /// node, it reads the one that this tick is for, once.
+    pub fn read_next<T: Payload>(&mut self, from: &mut Subscription<T>) -> Option<Message<T>> {
+        let message = from.next_unseen(self.now, self.number())?;
+        self.add_read(from.key(), message.cause());
+        Some(message)
+    }
+
+    #[inline]
+    fn add_read(&mut self, key: SubscriptionKey, cause: Cause) {
+        match self.reads.iter_mut().find(|(known, _)| *known == key) {
+            Some((_, last)) => *last = cause,
+            None => self.reads.push((key, cause)),
+        }
+    }
+
+    /// Publishes `data`, derived from what the node has read. A node that reads nothing begins data.
+    ///
+    /// Never waits for a subscription: a full buffer evicts its oldest message. In a tick that takes
+    /// time the message waits for the end of the tick, and is stamped then.
+    #[inline]
+    pub fn publish<T: Payload>(&self, to: &Publisher<T>, data: T) {
+        let publication = self.publication();
+        self.send(to, data, publication);
+    }
+
+    /// Publishes `data`, derived from this one message of all that the node has read.
+    pub fn publish_from<T: Payload>(&self, to: &Publisher<T>, data: T, cause: impl Into<Cause>) {
+        let Cause {
+            message,
+            sensed,
+            source,
+        } = cause.into();
+        let publication = Publication {
+            origin: Some(sensed),
+            source,
+            from: message.map_or(Derived::Reads, Derived::Message),
+            ..self.publication()
+        };
+        self.send(to, data, publication);
+    }
+
+    /// Publishes data that begin with this tick, whatever the node has read: as a node does that looks
+    /// at the world, or speaks of itself.
+    pub fn publish_new<T: Payload>(&self, to: &Publisher<T>, data: T) {
+        self.send(to, data, self.beginning());
+    }
+
+    /// Publishes such data at once, whatever the tick takes.
+    pub fn publish_now<T: Payload>(&self, to: &Publisher<T>, data: T) {
+        to.send_now(data, self.beginning());
+    }
+
+    /// Publishes `data` with this header stamp, as a node does that copies one; without a stamp they
+    /// begin with this tick.
+    pub fn publish_stamped<T: Payload>(
+        &self,
+        to: &Publisher<T>,
+        data: T,
+        stamp: impl Into<Option<Time>>,
+    ) {
+        let publication = match stamp.into() {
+            None => self.beginning(),
+            origin => Publication {
+                origin,
+                ..self.publication()
+            },
+        };
+        self.send(to, data, publication);
+    }
+
+    fn beginning(&self) -> Publication {
+        let from = if self.reads.is_empty() {
+            Derived::Reads
+        } else {
+            Derived::Nothing
+        };
+        Publication {
+            origin: None,
+            source: self.source,
+            from,
+            ..self.publication()
+        }
+    }
+
+    #[inline]
+    fn send<T: Payload>(&self, to: &Publisher<T>, data: T, publication: Publication) {
+        if self.outbox.is_needed() {
+            to.send_through(&self.outbox, data, publication);
+        } else {
+            to.send_now(data, publication);
+        }
+    }
+
+    /// A message that is published now.
+    #[inline]
+    fn publication(&self) -> Publication {
+        let behind = self.behind();
+        Publication {
+            at: self.now,
+            stamp: self.now,
+            origin: behind.map(|cause| cause.sensed),
+            source: behind.map_or(self.source, |cause| cause.source),
+            by: self.id,
+            from: Derived::Reads,
+        }
+    }
+
+    /// The newest data that the node has read; `None` before it has read any. Of several sources the
+    /// first node counts.
+    #[inline]
+    fn behind(&self) -> Option<Cause> {
+        let reads = self.reads.iter().map(|(_, cause)| *cause);
+        reads.reduce(Cause::newer)
+    }
+
+    /// The age of the newest data that the node has read; `None` before it has read any.
+    pub fn age(&self) -> Option<Duration> {
+        Some(self.now.since(self.behind()?.sensed))
+    }
+
+    /// Records that the node acts on the world by what it has read. Nothing is recorded before it has
+    /// read anything.
+    ///
+    /// The action counts from the end of the tick, wherever this is called: so its age has all that
+    /// the tick takes.
+    pub fn act(&mut self) {
+        if let Some(cause) = self.behind() {
+            self.act_on(cause.sensed);
+        }
+    }
+
+    /// Records that the node acts on the world by a sensing at run time `sensed`, where the node
+    /// knows it.
+    pub fn act_on(&mut self, sensed: Time) {
+        if self.is_over {
+            self.record_action(sensed);
+        } else {
+            self.acts_on = Some(sensed);
+        }
+    }
+
+    fn record_action(&self, sensed: Time) {
+        let at = self.now;
+        self.records
+            .node(|| NodeRecord::Pushed(Push { at, sensed }));
+    }
+}
