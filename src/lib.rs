@@ -36,8 +36,8 @@
 //!
 //! | | files | so that you know |
 //! |---|---|---|
-//! | first | `time.rs`, `rate.rs`, `node/mod.rs`; `topic/` but for `any.rs`, `channel.rs`, `intake.rs` and `outbox.rs`; `graph/mod.rs` to the end of `Graph::add`, and `graph/wiring.rs` | the three primitives, how they are wired, the way of a message |
-//! | then | `node/job.rs`; `scheduling/scheduler.rs`, `periodic.rs`, `task_set.rs`, `agenda.rs` and `schedule.rs` there; `node/slot.rs`, `topic/outbox.rs`, `clock/virtual_time.rs`, `record.rs` | a run, and what it leaves |
+//! | first | `time.rs`, `rate.rs`, `node/mod.rs`; `topic/` but for `any.rs`, `channel.rs`, and `intake.rs`; `graph/mod.rs` to the end of `Graph::add`, and `graph/wiring.rs` | the three primitives, how they are wired, the way of a message |
+//! | then | `node/job.rs`; `scheduling/scheduler.rs`, `periodic.rs`, `task_set.rs`, `agenda.rs` and `schedule.rs` there; `node/slot.rs`, `node/tick.rs`, `clock/virtual_time.rs`, `record.rs` | a run, and what it leaves |
 //! | for links | `topic/channel.rs` | what is between a publisher and its readers |
 //! | for triggers | `arrival.rs`, `topic/readers.rs`, `topic/intake.rs`, `scheduling/release.rs`, `graph/triggers.rs` | how messages have a node tick |
 //! | for commands | `control/`, then `clock/obey.rs`, `graph/control.rs`, `scheduling/node_knobs.rs` | how a run is changed, who carries a command out, and what is logged of it |
@@ -74,10 +74,9 @@
 //! each task set has a schedule of its own, and its threads wait for the wall. Nodes work outside
 //! of the schedule, and what they publish comes back to it as arrivals.
 //!
-//! A message: [`Tick::publish`] gives it to its topic, or keeps it in the outbox of its node
-//! until a tick is over that takes time; with a link it is in transit until its [`Channel`] delivers
-//! it, in what comes next on the topic; the queue evicts what is beyond its depth;
-//! [`Tick::read`] reads it. The topic sends a record of each step to the [`Sink`].
+//! A message: [`Tick::publish`] gives it to its topic, or keeps it until a tick is over that takes
+//! time; with a link it is in transit until its [`Channel`] delivers it, in what comes next on the
+//! topic; the queue evicts what is beyond its depth; [`Tick::read`] reads it. The topic sends a record of each step to the [`Sink`].
 //!
 //! # A graph in twenty lines
 //!
@@ -144,7 +143,7 @@ pub use journal::{
     TurnFollower,
 };
 pub use node::{
-    Fault, Flow, IntoTickResult, Job, JobKind, LastTick, Node, NodeCrash, Panicked, Tick,
+    Fault, Flow, IntoTickResult, Job, JobKind, LastTick, Node, NodeCrash, Panicked, Stamps, Tick,
     TickResult,
 };
 pub use qos::{Depth, DepthError, ReadOrder};
@@ -159,5 +158,5 @@ pub use scheduling::{
 pub use shared::{Shared, SharedGuard};
 pub use time::{Hz, HzError, Time, TimeError};
 pub use topic::{
-    Cause, Channel, Intake, Message, Payload, Publisher, Stamps, Subscription, TakenMessage, Topic,
+    Cause, Channel, Intake, Message, Payload, Publisher, Subscription, TakenMessage, Topic,
 };

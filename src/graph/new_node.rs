@@ -59,7 +59,7 @@ impl<'a> NewNode<'a> {
             priority: self.priority,
             remote: self.remote,
             records: ends.records.clone(),
-            outbox: ends.outbox.clone(),
+            clock: ends.clock.clone(),
         }
     }
 }

@@ -3,6 +3,7 @@
 mod job;
 mod last_tick;
 mod slot;
+mod stamp_clock;
 mod tick;
 
 use std::error::Error;
@@ -12,10 +13,12 @@ use thiserror::Error;
 pub(crate) use self::{
     job::WorkTimes,
     slot::{Ends, Fixed, NodeSlot, Rebuild},
+    stamp_clock::StampClock,
 };
 pub use self::{
     job::{Job, JobKind},
     last_tick::LastTick,
+    stamp_clock::Stamps,
     tick::Tick,
 };
 

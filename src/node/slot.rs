@@ -9,6 +9,7 @@ use super::{
     Flow, Node, Panicked, TickResult,
     job::{Job, JobKind, WorkTimes},
     last_tick::LastTick,
+    stamp_clock::StampClock,
     tick::Tick,
 };
 use crate::{
@@ -16,7 +17,6 @@ use crate::{
     record::{NodeRecord, RecordSender, TickTimes},
     sync::Arc,
     time::Time,
-    topic::Outbox,
 };
 
 /// A node with what it has of the graph.
@@ -39,7 +39,7 @@ pub(crate) struct NodeSlot {
 pub(crate) struct Ends {
     /// The way of its records.
     pub(crate) records: RecordSender,
-    pub(crate) outbox: Arc<Outbox>,
+    pub(crate) clock: Arc<StampClock>,
     /// Where it reads how long its last tick took, if it wants to know.
     pub(crate) last_tick: Option<LastTick>,
     /// Names of its measurements.
@@ -93,7 +93,7 @@ impl NodeSlot {
             node,
             again: None,
             panicked: None,
-            tick: Tick::of_node(ends.records.clone(), ends.outbox.clone(), is_reader),
+            tick: Tick::of_node(ends.records.clone(), ends.clock.clone(), is_reader),
             ends,
             fixed,
             running: None,
@@ -147,7 +147,7 @@ impl NodeSlot {
 
     /// Runs a whole tick, which `lasts` under the real clock.
     fn tick(&mut self, now: Time, lasts: bool) -> TickResult {
-        self.tick.begin(now);
+        self.tick.begin(now, false);
         if lasts {
             self.record_begin();
         }
@@ -164,11 +164,9 @@ impl NodeSlot {
 
     /// Begins a tick that takes time: its messages wait for the end.
     fn begin_lasting(&mut self, now: Time, lateness: Option<Duration>) -> TickResult {
-        self.tick.begin(now);
+        self.tick.begin(now, true);
         self.record_begin();
-        self.ends.outbox.hold(true);
         let outcome = self.unless_panicked(|node, tick| node.tick(tick));
-        self.ends.outbox.hold(false);
         match outcome {
             Ok(flow) => {
                 self.running = Some(RunningTick {
@@ -189,7 +187,6 @@ impl NodeSlot {
 
     /// Ends that tick.
     fn end_lasting(&mut self, now: Time) -> TickResult {
-        self.ends.outbox.publish_held(now);
         let applied = self.guarded(|node, tick| {
             tick.end(now);
             node.apply(tick)
@@ -224,7 +221,7 @@ impl NodeSlot {
     /// Forgets that tick, with the messages that it holds back.
     pub(crate) fn abort(&mut self) {
         self.cut_off();
-        self.ends.outbox.clear();
+        self.tick.abort();
         self.running = None;
     }
 

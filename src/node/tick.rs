@@ -1,12 +1,13 @@
 //! What a node gets for a tick: the time, its reads, and its messages.
 
-use std::time::Duration;
+use std::{fmt, mem, time::Duration};
 
+use super::stamp_clock::StampClock;
 use crate::{
     record::{Derived, NodeRecord, Push, RecordSender, TickId},
     sync::Arc,
     time::Time,
-    topic::{Cause, Message, Outbox, Payload, Publication, Publisher, SourceRank, Subscription},
+    topic::{Cause, Message, Payload, Publication, Publisher, SourceRank, Subscription},
 };
 
 /// One tick of a node: what it reads and publishes passes through here, so that every message knows
@@ -29,7 +30,6 @@ use crate::{
 /// assert_eq!(action.sensed(), Time::from_nanos(10));
 /// assert_eq!(actuator.age().expect("it read").as_nanos(), 20);
 /// ```
-#[derive(Debug)]
 pub struct Tick {
     now: Time,
     /// `None` outside of a graph.
@@ -41,9 +41,16 @@ pub struct Tick {
     is_over: bool,
     /// The sensing behind what the node does to the world at the end.
     acts_on: Option<Time>,
-    outbox: Arc<Outbox>,
+    /// The messages that wait for the end of a tick that takes time.
+    held: Vec<Held>,
+    /// Whether messages wait.
+    holds: bool,
+    clock: Arc<StampClock>,
     records: RecordSender,
 }
+
+/// Publishes a message at a run time, with a stamp.
+type Held = Box<dyn FnOnce(Time, Time) + Send>;
 
 /// The number of a subscription's bus, and the index of its reader there.
 type SubscriptionKey = (usize, usize);
@@ -59,30 +66,33 @@ impl Tick {
             reads: Vec::new(),
             is_over: false,
             acts_on: None,
-            outbox: Arc::default(),
+            held: Vec::new(),
+            holds: false,
+            clock: Arc::default(),
             records: RecordSender::default(),
         }
     }
 
     /// For the ticks of a node of a graph, one after the other.
-    pub(crate) fn of_node(records: RecordSender, outbox: Arc<Outbox>, reads: bool) -> Self {
+    pub(crate) fn of_node(records: RecordSender, clock: Arc<StampClock>, reads: bool) -> Self {
         let node = records.index();
         Self {
             source: SourceRank::of(node, reads),
-            outbox,
+            clock,
             records,
             ..Self::at(Time::ZERO)
         }
     }
 
-    /// Begins the next tick.
+    /// Begins the next tick; one that `lasts` holds its messages back.
     #[inline]
-    pub(crate) fn begin(&mut self, now: Time) {
+    pub(crate) fn begin(&mut self, now: Time, lasts: bool) {
         let number = self.id.map_or(0, |last| last.number + 1);
         let node = self.records.index();
         self.id = Some(TickId { node, number });
         self.now = now;
         self.is_over = false;
+        self.holds = lasts;
         self.acts_on = None;
     }
 
@@ -91,9 +101,24 @@ impl Tick {
     pub(crate) fn end(&mut self, now: Time) {
         self.now = now;
         self.is_over = true;
+        self.publish_held();
         if let Some(sensed) = self.acts_on.take() {
             self.record_action(sensed);
         }
+    }
+
+    fn publish_held(&mut self) {
+        self.holds = false;
+        let stamp = self.stamp();
+        for message in mem::take(&mut self.held) {
+            message(self.now, stamp);
+        }
+    }
+
+    /// Forgets the messages that it holds back.
+    pub(crate) fn abort(&mut self) {
+        self.held.clear();
+        self.holds = false;
     }
 
     /// Its number, counted from zero.
@@ -109,12 +134,9 @@ impl Tick {
     }
 
     /// What the node's own clock shows now, by which its messages are stamped.
+    #[inline]
     pub fn stamp(&self) -> Time {
-        if self.outbox.is_needed() {
-            self.outbox.shows(self.now)
-        } else {
-            self.now
-        }
+        self.clock.shows(self.now)
     }
 
     /// Reads the newest message, or `None` before the first. Older messages count as seen.
@@ -150,13 +172,18 @@ impl Tick {
     /// Never waits for a subscription: a full buffer evicts its oldest message. In a tick that takes
     /// time the message waits for the end of the tick, and is stamped then.
     #[inline]
-    pub fn publish<T: Payload>(&self, to: &Publisher<T>, data: T) {
+    pub fn publish<T: Payload>(&mut self, to: &Publisher<T>, data: T) {
         let publication = self.publication();
         self.send(to, data, publication);
     }
 
     /// Publishes `data`, derived from this one message of all that the node has read.
-    pub fn publish_from<T: Payload>(&self, to: &Publisher<T>, data: T, cause: impl Into<Cause>) {
+    pub fn publish_from<T: Payload>(
+        &mut self,
+        to: &Publisher<T>,
+        data: T,
+        cause: impl Into<Cause>,
+    ) {
         let Cause {
             message,
             sensed,
@@ -173,19 +200,24 @@ impl Tick {
 
     /// Publishes data that begin with this tick, whatever the node has read: as a node does that looks
     /// at the world, or speaks of itself.
-    pub fn publish_new<T: Payload>(&self, to: &Publisher<T>, data: T) {
-        self.send(to, data, self.beginning());
+    pub fn publish_new<T: Payload>(&mut self, to: &Publisher<T>, data: T) {
+        let publication = self.beginning();
+        self.send(to, data, publication);
     }
 
     /// Publishes such data at once, whatever the tick takes.
     pub fn publish_now<T: Payload>(&self, to: &Publisher<T>, data: T) {
-        to.send_now(data, self.beginning());
+        let publication = Publication {
+            stamp: self.now,
+            ..self.beginning()
+        };
+        to.send(data, publication);
     }
 
     /// Publishes `data` with this header stamp, as a node does that copies one; without a stamp they
     /// begin with this tick.
     pub fn publish_stamped<T: Payload>(
-        &self,
+        &mut self,
         to: &Publisher<T>,
         data: T,
         stamp: impl Into<Option<Time>>,
@@ -215,11 +247,11 @@ impl Tick {
     }
 
     #[inline]
-    fn send<T: Payload>(&self, to: &Publisher<T>, data: T, publication: Publication) {
-        if self.outbox.is_needed() {
-            to.send_through(&self.outbox, data, publication);
+    fn send<T: Payload>(&mut self, to: &Publisher<T>, data: T, publication: Publication) {
+        if self.holds {
+            self.held.push(Box::new(to.held(data, publication)));
         } else {
-            to.send_now(data, publication);
+            to.send(data, publication);
         }
     }
 
@@ -229,7 +261,7 @@ impl Tick {
         let behind = self.behind();
         Publication {
             at: self.now,
-            stamp: self.now,
+            stamp: self.stamp(),
             origin: behind.map(|cause| cause.sensed),
             source: behind.map_or(self.source, |cause| cause.source),
             by: self.id,
@@ -275,5 +307,12 @@ impl Tick {
         let at = self.now;
         self.records
             .node(|| NodeRecord::Pushed(Push { at, sensed }));
+    }
+}
+
+impl fmt::Debug for Tick {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (id, now) = (self.id, self.now);
+        write!(f, "Tick({id:?} at {now})")
     }
 }

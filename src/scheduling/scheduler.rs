@@ -5,11 +5,10 @@ use std::{any::Any, time::Duration};
 use super::agenda::{Agenda, Phase};
 use crate::{
     control::{command::ClockKind, knob::Knob},
-    node::Job,
+    node::{Job, StampClock, Stamps},
     record::{NodeRecord, RecordSender},
     sync::Arc,
     time::{Hz, Time},
-    topic::{Outbox, Stamps},
 };
 
 /// Decides when the nodes of a task set run: a node with a thread of its own, or those of an
@@ -143,7 +142,7 @@ pub(crate) struct Member {
     /// Whether it runs in another process.
     pub(crate) remote: bool,
     pub(crate) records: RecordSender,
-    pub(crate) outbox: Arc<Outbox>,
+    pub(crate) clock: Arc<StampClock>,
 }
 
 /// What a scheduler can ask for, at an instant of the run.
@@ -222,7 +221,7 @@ impl Timetable<'_> {
 
     /// Has the messages of a node stamped by a clock of its own from now on.
     pub fn stamp_by(&self, member: usize, stamps: Stamps) {
-        self.members[member].outbox.set_stamps(stamps);
+        self.members[member].clock.set(stamps);
     }
 
     fn record(&self, member: usize, record: NodeRecord) {

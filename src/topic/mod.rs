@@ -30,19 +30,17 @@ mod any;
 mod channel;
 mod intake;
 mod message;
-mod outbox;
 mod publisher;
 mod queue;
 mod readers;
 mod subscription;
 
 use self::queue::{Bus, Queue};
-pub(crate) use self::{any::AnyTopic, message::SourceRank, outbox::Outbox, queue::Publication};
+pub(crate) use self::{any::AnyTopic, message::SourceRank, queue::Publication};
 pub use self::{
     channel::Channel,
     intake::{Intake, TakenMessage},
     message::{Cause, Message, Payload},
-    outbox::Stamps,
     publisher::Publisher,
     subscription::Subscription,
 };

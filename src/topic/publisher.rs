@@ -2,7 +2,6 @@
 
 use super::{
     message::{Payload, SourceRank},
-    outbox::Outbox,
     queue::{Bus, Publication},
 };
 use crate::{record::Derived, sync::Arc, time::Time};
@@ -18,7 +17,7 @@ impl<T: Payload> Publisher<T> {
     /// behind it: one that arrives from another process, where it was published then. Returns its
     /// sequence number.
     pub fn forward(&self, data: T, now: Time, stamp: Time, origin: Option<Time>) -> u64 {
-        self.send_now(
+        self.send(
             data,
             Publication {
                 at: now,
@@ -33,15 +32,19 @@ impl<T: Payload> Publisher<T> {
 
     /// Publishes a message; returns its sequence number.
     #[inline]
-    pub(crate) fn send_now(&self, data: T, publication: Publication) -> u64 {
+    pub(crate) fn send(&self, data: T, publication: Publication) -> u64 {
         self.bus.lock().publish(data, publication)
     }
 
-    /// Publishes a message through the outbox, needed by few nodes.
-    #[cold]
-    pub(crate) fn send_through(&self, outbox: &Outbox, data: T, publication: Publication) {
-        let (bus, began) = (self.bus.clone(), outbox.shows(publication.at));
-        let publish = move |at, stamp| {
+    /// A message to be sent later, at a run time and with a stamp.
+    pub(crate) fn held(
+        &self,
+        data: T,
+        publication: Publication,
+    ) -> impl FnOnce(Time, Time) + Send + use<T> {
+        let bus = self.bus.clone();
+        let began = publication.stamp;
+        move |at, stamp| {
             let sensed = (stamp != began).then_some(began);
             let publication = Publication {
                 at,
@@ -50,7 +53,6 @@ impl<T: Payload> Publisher<T> {
                 ..publication
             };
             bus.lock().publish(data, publication);
-        };
-        outbox.put(publication.at, Box::new(publish));
+        }
     }
 }

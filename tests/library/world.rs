@@ -26,7 +26,7 @@ fn any_plant_that_advances_to_a_run_time_is_a_world() {
             brought_to: Time::ZERO,
         };
         let stone = builder.own_world(stone, 50.0, |_| {
-            |stone: &Stone, _: &Tick| {
+            |stone: &Stone, _: &mut Tick| {
                 if stone.height < 0.0 {
                     Flow::End
                 } else {

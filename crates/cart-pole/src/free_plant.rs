@@ -63,7 +63,7 @@ impl FreePlant {
 
     /// Publishes the result of the control step that ends with this `tick`, if there is one, and
     /// ends the run if the pole has fallen.
-    pub(super) fn judge(&self, tick: &Tick, steps: &Publisher<ControlStep>) -> Flow {
+    pub(super) fn judge(&self, tick: &mut Tick, steps: &Publisher<ControlStep>) -> Flow {
         let now = tick.now();
         let step = now.as_nanos() / CONTROL_STEP_NS;
         if step > 0 {

@@ -151,7 +151,7 @@ impl System for CartPole {
                 let plant = FreePlant::new(step_ms, builder.seed()).map_err(other)?;
                 let plant = builder.own_world(plant, CONTROL_HZ, |wiring| {
                     let steps = wiring.publisher(&steps);
-                    move |plant: &FreePlant, tick: &Tick| plant.judge(tick, &steps)
+                    move |plant: &FreePlant, tick: &mut Tick| plant.judge(tick, &steps)
                 })?;
                 topics.robot(builder, plant, policy, None)
             }

@@ -14,7 +14,9 @@ use crate::{
     key::Of,
     net,
     part::LocalPart,
-    telemetry::{Batch, PublishedMessage, Read, ReceivedMessage, SentMessage, Tick, TopicCounts},
+    telemetry::{
+        Batch, PublishedMessage, Read, ReceivedMessage, SentMessage, SentTick, TopicCounts,
+    },
     threads::Beat,
 };
 
@@ -144,7 +146,7 @@ impl Reporter {
     }
 
     /// A tick, with the messages that it read as their senders number them.
-    fn tick(&self, tick: &TickRecord) -> Tick {
+    fn tick(&self, tick: &TickRecord) -> SentTick {
         let reads = tick.causes.reads.iter().filter_map(|read| {
             Some(Read {
                 message: self.sent_message(read.message)?,
@@ -152,7 +154,7 @@ impl Reporter {
                 newer: read.newest.saturating_sub(read.message.seq),
             })
         });
-        Tick::new(tick, reads.collect())
+        SentTick::new(tick, reads.collect())
     }
 
     /// A message of a topic here, as its sender numbers it.

@@ -123,7 +123,7 @@ pub struct Batch {
     /// Events.
     pub events: Vec<Event>,
     /// Ticks by the index of their node.
-    pub ticks: Vec<(usize, Tick)>,
+    pub ticks: Vec<(usize, SentTick)>,
     /// Messages that nodes of the process published.
     pub sent: Vec<PublishedMessage>,
     /// Messages that arrived from other processes.
@@ -134,7 +134,7 @@ pub struct Batch {
 
 /// A tick.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Tick {
+pub struct SentTick {
     number: u64,
     at: Time,
     ends: Option<Time>,
@@ -169,7 +169,7 @@ pub struct Read {
     pub newer: u64,
 }
 
-impl Tick {
+impl SentTick {
     /// A tick of this process that read these messages.
     pub(crate) fn new(tick: &TickRecord, reads: Vec<Read>) -> Self {
         Self {

@@ -74,7 +74,7 @@ impl Player {
     }
 
     /// Asks for a chunk if few actions are left, or none.
-    fn ask(&mut self, tick: &Tick, took: bool) {
+    fn ask(&mut self, tick: &mut Tick, took: bool) {
         let now = tick.now();
         let (Some(requests), Some(share)) = (&self.requests, self.settings.refill) else {
             return;

@@ -88,7 +88,7 @@ impl Beginning {
 }
 
 impl GraphNode {
-    fn publish(&self, output: &Output, tick: &Tick) {
+    fn publish(&self, output: &Output, tick: &mut Tick) {
         let stamp = self.copied_stamp().unwrap_or_else(|| tick.stamp());
         let nanos = |at: Option<Time>| at.map_or(f64::NAN, |at| at.as_nanos() as f64);
         let row = if output.chains.is_empty() {

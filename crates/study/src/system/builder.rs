@@ -154,7 +154,7 @@ impl<'a> Builder<'a> {
         look: impl FnOnce(&mut Wiring<'_>) -> F,
     ) -> Result<SharedWorld<W>, BuildError>
     where
-        F: FnMut(&W, &Tick) -> R + Send + 'static,
+        F: FnMut(&W, &mut Tick) -> R + Send + 'static,
     {
         let world = SharedWorld::new(world);
         let shared = world.clone();

@@ -10,7 +10,7 @@ use crate::frame::FrameData;
 ///
 /// In a cycle of nodes, the one that was added first comes first.
 pub(super) fn layers(frame: &FrameData) -> Vec<Vec<usize>> {
-    let flow = Flow::of(frame);
+    let flow = Layering::of(frame);
     let depths = flow.depths();
     let count = depths.iter().max().map_or(0, |deepest| deepest + 1);
     let mut layers = vec![Vec::new(); count];
@@ -25,13 +25,13 @@ pub(super) fn layers(frame: &FrameData) -> Vec<Vec<usize>> {
 /// Nodes and topics as one graph: first all nodes, then all topics. Without vertices of
 /// its own, a topic with many publishers and readers would be an edge for each pair of
 /// them.
-struct Flow {
+struct Layering {
     nodes: usize,
     into: Vec<Vec<usize>>,
     out: Vec<Vec<usize>>,
 }
 
-impl Flow {
+impl Layering {
     fn of(frame: &FrameData) -> Self {
         let nodes = frame.nodes.len();
         let all = nodes + frame.topics.len();
