@@ -148,6 +148,94 @@ fn of_one_exposure_on_two_topics_the_one_counts_that_came_first() {
     }
 }
 
+/// What a node does with its tick that reads images and makes commands of them.
+type Commands = fn(&mut Tick, &mut [Subscription<f64>; 2], &Publisher<f64>);
+
+/// A camera with two links, a planner that makes `commands` of its images, and a motor.
+fn planned(commands: Commands) -> Arc<dyn System> {
+    system(move |builder| {
+        let [near, far, act] = ["/near", "/far", "/act"].map(|name| Topic::new(name, depth(1)));
+        let graph = builder.graph();
+        graph.node("camera", hz(10.0), 0, |wiring| {
+            let outputs = [&near, &far].map(|topic| wiring.publisher(topic));
+            move |tick: &mut Tick| outputs.iter().for_each(|output| tick.publish(output, 1.0))
+        })?;
+        graph.node("planner", hz(100.0), 1, |wiring| {
+            let mut images = [&near, &far].map(|topic| wiring.subscription::<f64>(topic));
+            let act = wiring.publisher(&act);
+            move |tick: &mut Tick| commands(tick, &mut images, &act)
+        })?;
+        graph.node("motor", hz(100.0), 2, |wiring| {
+            Motor(wiring.subscription(&act))
+        })?;
+        for link in ["link /near delay:100", "link /far delay:300"] {
+            graph.set(&knob(link)).map_err(BuildError::Setting)?;
+        }
+        Ok(())
+    })
+}
+
+#[test]
+fn no_node_can_forget_what_its_data_were_derived_from() {
+    // An image on /near arrives when it is 100 ms old, and the next one 100 ms later.
+    let rows: [(&str, Commands, f64); 4] = [
+        (
+            "derived from all that was read: the newest counts",
+            |tick, [near, far], act| {
+                if tick.read(near).is_some() && tick.read(far).is_some() {
+                    tick.publish(act, 2.0);
+                }
+            },
+            150.0,
+        ),
+        (
+            "derived from all that was ever read",
+            |tick, [near, far], act| {
+                if tick.read_next(far).is_some() {
+                    tick.read(near);
+                }
+                tick.publish(act, 2.0);
+            },
+            // It begins data until 300 ms.
+            0.3 / 20.0 * 5.0 + 19.7 / 20.0 * 150.0,
+        ),
+        (
+            "derived from one message",
+            |tick, [near, far], act| {
+                tick.read(near);
+                if let Some(image) = tick.read(far) {
+                    tick.publish_from(act, 2.0, &image);
+                }
+            },
+            350.0,
+        ),
+        (
+            "new, whatever was read",
+            |tick, [near, far], act| {
+                tick.read(near);
+                tick.read(far);
+                tick.publish_new(act, 2.0);
+            },
+            5.0,
+        ),
+    ];
+    for (what, commands, mean) in rows {
+        let mut experiment =
+            Experiment::new(planned(commands), &config("until 20")).expect("a graph");
+        experiment.watch_ages();
+        let summary = experiment.run().expect("no fault");
+        let [age] = &summary.ages[..] else {
+            panic!("{what}: {:?}", summary.ages)
+        };
+        let told = age.mean_ns as f64 / 1e6;
+        assert!((told - mean).abs() < 0.1, "{what}: {told} ms for {mean}");
+        // What the run measured is what follows from its records.
+        assert_eq!(age.apart_from_ns, None, "{what}");
+        let parts = age.parts.iter().map(|part| part.ns);
+        assert_eq!(parts.sum::<i64>(), age.mean_ns, "{what}");
+    }
+}
+
 /// Longer than what is counted at a time, and with other ages in its second half.
 #[test]
 fn a_push_beside_a_chain_has_its_parts_to_the_end_of_a_long_run() {
