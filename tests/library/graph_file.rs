@@ -304,11 +304,7 @@ fn graphs_up_to_the_limit_run_and_larger_ones_are_refused() {
 fn a_change_sets_its_keys_and_a_trigger_stands_in_place_of_a_rate() {
     let text = "name = 'g'\n[node.z]\nrate = 5\nreads = ['/b', '/c']\n[node.a]\nrate = 7\n";
     let change = "node.z.trigger = ['/b']\ntopic.'/b'.depth = 2";
-    let text_of = |text: &str, change: &str| {
-        let changed = changed(text, change).expect("TOML");
-        assert_eq!(changed.left_out, Vec::<String>::new(), "{change}");
-        changed.text
-    };
+    let text_of = |text: &str, change: &str| changed(text, change).expect("TOML").text;
     assert_eq!(
         text_of(text, change),
         "name = \"g\"\n\n[node.z]\nreads = [\"/c\"]\ntrigger = [\"/b\"]\n\n[node.a]\nrate = 7\n\n\
@@ -335,10 +331,19 @@ fn a_change_names_the_keys_that_it_leaves_out() {
     let triggered = changed_to(timed, "node.z.trigger = ['/b']");
     assert_eq!(
         triggered.left_out,
-        ["node.z.offset = 2", "node.z.late = \"queue:3\""]
+        [
+            "node.z.rate = 5",
+            "node.z.offset = 2",
+            "node.z.late = \"queue:3\""
+        ]
     );
     let matched = changed_to(&triggered.text, "node.z.match = 'exact'");
     assert!(matched.left_out.is_empty());
     let timed = changed_to(&matched.text, "node.z.rate = 5");
-    assert_eq!(timed.left_out, ["node.z.match = \"exact\""]);
+    assert_eq!(
+        timed.left_out,
+        ["node.z.match = \"exact\"", "node.z.trigger = [\"/b\"]"]
+    );
+    let bounded = changed_to("limit.x.at_most = 3", "limit.x.at_most = 4");
+    assert!(bounded.left_out.is_empty());
 }

@@ -47,8 +47,9 @@ pub fn changed(text: &str, change: &str) -> Result<ChangedFile, ChangeError> {
     let (mut whole, change) = (read(text)?, read(change)?);
     let mut left_out = Vec::new();
     let mut leave_out = |node: &mut Table, name: &str, key: &str| {
-        let value = node.remove(key);
-        left_out.extend(value.map(|value| format!("node.{name}.{key} = {value}")));
+        let value = node.remove(key)?;
+        left_out.push(format!("node.{name}.{key} = {value}"));
+        Some(value)
     };
     let nodes = change.get("node").and_then(Value::as_table);
     for (name, node) in nodes.into_iter().flatten() {
@@ -60,16 +61,16 @@ pub fn changed(text: &str, change: &str) -> Result<ChangedFile, ChangeError> {
             node.get("rate"),
         ) {
             (Some(triggers), None) => {
-                known.remove("rate");
-                leave_out(known, name, "offset");
-                leave_out(known, name, "late");
+                for key in ["rate", "offset", "late"] {
+                    leave_out(known, name, key);
+                }
                 if let Some(reads) = known.get_mut("reads").and_then(Value::as_array_mut) {
                     reads.retain(|topic| !triggers.contains(topic));
                 }
             }
             (None, Some(_)) => {
                 leave_out(known, name, "match");
-                if let Some(Value::Array(mut topics)) = known.remove("trigger") {
+                if let Some(Value::Array(mut topics)) = leave_out(known, name, "trigger") {
                     let reads = known.get("reads").and_then(Value::as_array);
                     topics.extend(reads.into_iter().flatten().cloned());
                     known.insert("reads".to_owned(), Value::Array(topics));
