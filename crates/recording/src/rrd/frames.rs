@@ -30,6 +30,9 @@ const MAGIC: &[u8] = b"RRF2";
 /// The defect of a file that goes on after its end.
 pub const MORE: &str = "something else follows its end";
 
+/// The defects of a file that is cut off: between two messages, or within one.
+pub const CUT_OFF: [&str; 2] = ["it ends too early", "it ends within a message"];
+
 /// Maximum compression ratio of LZ4.
 const LZ4_BEST_RATIO: u64 = 255;
 
@@ -93,12 +96,12 @@ impl<'a> Chunks<'a> {
         let header = self
             .rest
             .split_at_checked(MessageHeader::ENCODED_SIZE_BYTES);
-        let (header, rest) = header.ok_or("it ends too early")?;
+        let (header, rest) = header.ok_or(CUT_OFF[0])?;
         let header = MessageHeader::from_rrd_bytes(header);
         let header = header.map_err(|_| "it holds what is no message")?;
         let length = usize::try_from(header.len).ok();
         let content = length.and_then(|length| rest.split_at_checked(length));
-        let (content, rest) = content.ok_or("it ends within a message")?;
+        let (content, rest) = content.ok_or(CUT_OFF[1])?;
         self.rest = rest;
         Ok((header.kind, content))
     }

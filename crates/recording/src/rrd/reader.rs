@@ -11,7 +11,7 @@ use thiserror::Error;
 
 use super::{
     content::Content,
-    frames::{Chunks, is_rrd, quietly},
+    frames::{CUT_OFF, Chunks, is_rrd, quietly},
     schema::SWEEP_APPLICATION,
 };
 use crate::run::Recording;
@@ -91,6 +91,9 @@ impl Recording {
             path: path.to_owned(),
             what: what.to_owned(),
         };
+        if bytes.is_empty() {
+            return Err(foreign(&format!("this file is empty: {KILLED}")));
+        }
         if !is_rrd(bytes) {
             let what = "this is not a rerun recording: expected a .rrd file that ratelab made";
             return Err(foreign(what));
@@ -121,14 +124,23 @@ impl Recording {
     }
 }
 
+/// What becomes of a recording before its first checkpoint.
+const KILLED: &str = "a recording that is killed in its first second holds nothing of its run";
+
 /// The reason why no part of a file is intact, although it begins like a recording;
 /// `begun` if it contains the description of the run.
 fn nothing_whole(begun: bool, damage: Option<&str>) -> String {
-    match (begun, damage) {
+    let what = match (begun, damage) {
         (true, Some(damage)) => format!("nothing in this recording is whole: {damage}"),
         (true, None) => "this recording ends before anything in it is whole".to_owned(),
         (false, Some(damage)) => format!("this recording is damaged at its beginning: {damage}"),
-        (false, None) => "this is a rerun recording, but not one that ratelab made".to_owned(),
+        (false, None) => {
+            return "this is a rerun recording, but not one that ratelab made".to_owned();
+        }
+    };
+    match damage.filter(|damage| !CUT_OFF.contains(damage)) {
+        Some(_) => what,
+        None => format!("{what}; {KILLED}"),
     }
 }
 

@@ -116,10 +116,16 @@ fn damaged_files_come_to_nothing_worse_than_a_message() {
 fn what_is_no_recording_is_said_to_be_none() {
     let (_folder, path) = file("file");
     for (bytes, what) in [
-        (&b""[..], "not a rerun recording"),
+        (
+            &b""[..],
+            "this file is empty: a recording that is killed in its first second holds",
+        ),
         (b"step,time_s\n1,0.0\n", "not a rerun recording"),
         (b"RRF2", "not a rerun recording"),
-        (b"RRF2\0\x24\x03\0\x02\x02\0\0", "damaged at its beginning"),
+        (
+            b"RRF2\0\x24\x03\0\x02\x02\0\0",
+            "damaged at its beginning: it ends too early; a recording that is killed",
+        ),
     ] {
         let error = use_it(&path, bytes).expect_err("refused").to_string();
         assert_has(&error, what);
