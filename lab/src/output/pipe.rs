@@ -12,10 +12,14 @@ use std::{
 
 use rustix::{fs::OFlags, io::Errno};
 
+use super::print::note;
 use crate::stop_signal;
 
 /// Time between two attempts.
 const PAUSE: Duration = Duration::from_millis(10);
+
+/// Longest wait for a reader that is not told.
+const SOON: Duration = Duration::from_secs(1);
 
 /// Longest wait for a reader after a signal.
 const GRACE: Duration = Duration::from_millis(500);
@@ -50,7 +54,8 @@ pub fn is_pipe(path: &Path) -> bool {
         .is_ok_and(|about| about.file_type().is_fifo())
 }
 
-/// Opens the named pipe at `path` for writing, once it has a reader.
+/// Opens the named pipe at `path` for writing, once it has a reader. A wait that a person would see
+/// is told.
 ///
 /// # Errors
 /// The error of the operating system, and a signal during the wait.
@@ -60,9 +65,17 @@ pub fn open(path: &Path) -> io::Result<File> {
         .write(true)
         .custom_flags(OFlags::NONBLOCK.bits().cast_signed());
     let _wait = ReaderWait::new();
+    let (began, mut told) = (Instant::now(), false);
     loop {
         match options.open(path) {
             Err(why) if Errno::from_io_error(&why) == Some(Errno::NXIO) => {
+                if !told && began.elapsed() > SOON {
+                    let path = path.display();
+                    note(&format!(
+                        "{path}: nobody reads this pipe: waiting for a reader"
+                    ));
+                    told = true;
+                }
                 wait("nobody reads this pipe", Duration::ZERO)?;
             }
             opened => return opened,
