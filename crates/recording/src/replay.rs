@@ -212,6 +212,9 @@ impl Replay {
                 let head = self.recording.topics[topic].heads()[index];
                 self.counters.message(topic, &head);
                 self.replayed[topic] = index + 1;
+                if Some(topic) == self.chains {
+                    self.outputs(topic, index);
+                }
             }
         }
     }
@@ -221,6 +224,25 @@ impl Replay {
         if let Some((_, meter)) = self.latency.filter(|(of, _)| *of == node) {
             let age = push.at.since(push.sensed);
             self.counters.sample(node, meter, age);
+        }
+    }
+
+    /// Adds the latencies of the chains that a message on their `topic` is about: those that end at the
+    /// node that published it. The main one is measured by pushes.
+    fn outputs(&mut self, topic: usize, index: usize) {
+        let messages = &self.recording.topics[topic];
+        let Some(by) = messages.heads()[index].by else {
+            return;
+        };
+        let name = &self.recording.origin.topology.nodes[by.node].name;
+        for chain in self.system.about().chains {
+            let is_main = self.latency == Some((by.node, chain.name()));
+            if chain.last() == name
+                && !is_main
+                && let Some(age) = chain.latency(messages.row(index))
+            {
+                self.counters.sample(by.node, chain.name(), age);
+            }
         }
     }
 

@@ -1,6 +1,6 @@
 //! A comparison of the recorded run with its model.
 
-use std::iter;
+use std::{iter, time::Duration};
 
 use exercises::framework::Table;
 use ratelab_account::Distribution;
@@ -45,15 +45,19 @@ fn rows(system: &dyn System, runs: [&Summary; 2]) -> Vec<Vec<String>> {
     let mut rows = vec![row("verdict".to_owned(), &|run| {
         format!("{} {}", run.verdict.name(), run.sim_time)
     })];
-    if let Some((_, meter)) = system.latency() {
+    let [recorded, model] = runs.map(|run| {
+        let main = system.latency().map(|(_, meter)| (meter, &run.latency));
+        main.into_iter().chain(run.chain_latencies(system))
+    });
+    for ((meter, recorded), (_, model)) in recorded.zip(model) {
+        let of = |name: &str, cell: &dyn Fn(&Distribution) -> Option<Duration>| {
+            let [recorded, model] = [recorded, model].map(|latency| ms_or_dash(cell(latency)));
+            vec![format!("{meter} {name}"), recorded, model]
+        };
         for (name, quantile) in QUANTILES {
-            rows.push(row(format!("{meter} {name}"), &|run| {
-                ms_or_dash(run.latency.quantile(quantile))
-            }));
+            rows.push(of(name, &|latency| latency.quantile(quantile)));
         }
-        rows.push(row(format!("{meter} max"), &|run| {
-            ms_or_dash(run.latency.max())
-        }));
+        rows.push(of("max", &Distribution::max));
     }
     if runs.iter().any(|run| run.push_age().is_some()) {
         rows.push(row("push age mean".to_owned(), &|run| {
@@ -81,13 +85,19 @@ pub fn json(like: &Like, model: &Summary) -> Value {
 fn figures(run: &Summary) -> Map<String, Value> {
     let overruns = run.nodes.iter();
     let overruns = overruns.map(|node| (node.name.to_string(), json!(node.overruns)));
-    object(json!({
+    let mut figures = object(json!({
         "cause_of_end": run.verdict.name(),
         "latency": latency(&run.latency),
         "mean_push_age_ms": run.push_age().map(|age| json::ms(age.run_s)),
         "overruns": overruns.collect::<Map<_, _>>(),
         "sim_time_s": rounded(run.sim_time.as_secs_f64()),
-    }))
+    }));
+    if !run.latencies.is_empty() {
+        let latencies = run.latencies.iter();
+        let latencies = latencies.map(|(chain, of)| ((*chain).to_owned(), json!(latency(of))));
+        figures.insert("latencies".to_owned(), latencies.collect());
+    }
+    figures
 }
 
 fn latency(latency: &Distribution) -> Map<String, Value> {

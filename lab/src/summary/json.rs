@@ -7,14 +7,14 @@ use ratelab_account::{Distribution, NodeAccount, TopicAccount};
 use ratelab_study::{
     experiment::{Summary, sweep::CellResult},
     system::{
-        FigureValue, Final, KnobText, System, SystemFigure, WorldKind,
+        FigureValue, KnobText, System, SystemFigure, WorldKind,
         names::{self, good, key},
     },
 };
 use serde_json::{Map, Value, json};
 
 use super::{
-    ages, rounded,
+    Digits, ages,
     text::{ReportContext, saw_the_wall},
 };
 use crate::timing::{has_set_times, was_late};
@@ -24,12 +24,31 @@ use crate::timing::{has_set_times, was_late};
 /// Under the virtual clock they are independent of wall time, so the same run gives the
 /// same bytes.
 pub fn of(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<String, Value> {
-    let mut metrics = keys(system, summary, context);
-    metrics.extend(system_keys(system, summary));
+    with_digits(Digits::Four, system, summary, context)
+}
+
+/// The same metrics as they were measured, to be compared with limits: null where nothing was
+/// measured.
+pub fn measured(system: &dyn System, summary: &Summary) -> Map<String, Value> {
+    let context = ReportContext::default();
+    let mut metrics = with_digits(Digits::All, system, summary, &context);
+    let latency = json!(summary.latency.mean_s().map(|mean| Digits::All.ms(mean)));
+    metrics.insert("mean_latency_ms".to_owned(), latency);
+    metrics
+}
+
+fn with_digits(
+    digits: Digits,
+    system: &dyn System,
+    summary: &Summary,
+    context: &ReportContext,
+) -> Map<String, Value> {
+    let mut metrics = keys(digits, system, summary, context);
+    metrics.extend(system_keys(digits, system, summary));
     let phases = context.phases.iter();
     metrics.extend(phases.map(|phases| ("phases".to_owned(), phases.json())));
     if saw_the_wall(summary) {
-        metrics.extend(wall_keys(summary, context));
+        metrics.extend(wall_keys(digits, summary, context));
     }
     metrics
 }
@@ -40,18 +59,23 @@ pub fn text(metrics: Map<String, Value>) -> String {
 }
 
 /// The keys of every run.
-fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<String, Value> {
+fn keys(
+    digits: Digits,
+    system: &dyn System,
+    summary: &Summary,
+    context: &ReportContext,
+) -> Map<String, Value> {
     let (config, knobs) = (&summary.config, KnobText(system.aliases()));
-    let nodes = summary.nodes.iter().map(|of| node(summary, of));
+    let nodes = summary.nodes.iter().map(|of| node(digits, summary, of));
     let topics = summary.topics.iter().map(topic);
     let mut keys = object(json!({
         "break_bug": context.break_bug,
         "clock": config.clock.to_string(),
         "csv_rows_lost": context.csv_lost,
-        "duration_s": rounded(config.end.as_secs_f64()),
+        "duration_s": digits.of(config.end.as_secs_f64()),
         "events": summary.events.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "knobs": knobs.lines(&config.knobs),
-        "latency": milliseconds(&summary.latency),
+        "latency": milliseconds(digits, &summary.latency),
         "nodes": nodes.collect::<Map<_, _>>(),
         "seed": config.seed,
         "setup": config.setup.iter().map(ToString::to_string).collect::<Vec<_>>(),
@@ -68,20 +92,26 @@ fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<
     if let Some((_, cost)) = summary.cost.zip(system.quadratic_cost()) {
         keys.insert("quadratic_cost_is_the_mean_of".to_owned(), json!(cost.sum));
     }
-    keys.extend(result(&CellResult::from(summary)));
+    if !summary.latencies.is_empty() {
+        let latencies = summary.latencies.iter();
+        let latencies =
+            latencies.map(|(chain, of)| ((*chain).to_owned(), milliseconds(digits, of)));
+        keys.insert("latencies".to_owned(), latencies.collect());
+    }
+    keys.extend(result(digits, &CellResult::from(summary)));
     keys
 }
 
 /// The keys of a run that it has in a sweep as well.
-pub fn result(result: &CellResult) -> Map<String, Value> {
+pub fn result(digits: Digits, result: &CellResult) -> Map<String, Value> {
     let mut keys = object(json!({
         "cause_of_end": result.verdict.name(),
-        "mean_latency_ms": ms(result.mean_latency_s.unwrap_or(0.0)),
-        "sim_time_s": rounded(result.sim_time.as_secs_f64()),
+        "mean_latency_ms": digits.ms(result.mean_latency_s.unwrap_or(0.0)),
+        "sim_time_s": digits.of(result.sim_time.as_secs_f64()),
         "steps": result.steps,
     }));
     if let Some(age) = result.push_age {
-        let [run, late] = [age.run_s, age.late_s].map(|seconds| json!(ms(seconds)));
+        let [run, late] = [age.run_s, age.late_s].map(|seconds| json!(digits.ms(seconds)));
         keys.insert("mean_push_age_ms".to_owned(), run);
         keys.insert("late_push_age_ms".to_owned(), late);
     }
@@ -98,41 +128,22 @@ pub fn result(result: &CellResult) -> Map<String, Value> {
 /// The figures of a system at the end of a run. Those without a unit are shares: they are not
 /// rounded, so that none looks like the limit that it misses.
 pub fn finals(
+    digits: Digits,
     system: &dyn System,
     at: Time,
     state: &[f64],
-) -> impl Iterator<Item = (String, Value)> {
-    finals_as(system, at, state, |figure| {
-        if figure.unit.is_empty() {
-            figure.value
-        } else {
-            rounded(figure.value)
-        }
-    })
-}
-
-/// The same figures as they were measured, to be compared with limits.
-pub fn exact_finals(
-    system: &dyn System,
-    at: Time,
-    state: &[f64],
-) -> impl Iterator<Item = (String, Value)> {
-    finals_as(system, at, state, |figure| figure.value)
-}
-
-/// The same figures, each with this value.
-fn finals_as(
-    system: &dyn System,
-    at: Time,
-    state: &[f64],
-    value: fn(&Final) -> f64,
 ) -> impl Iterator<Item = (String, Value)> {
     let finals = system.finals_at(at, state).into_iter();
     finals.flat_map(move |figure| {
         let with_unit = key(&format!("{} {}", figure.name, figure.unit));
+        let value = if figure.unit.is_empty() {
+            figure.value
+        } else {
+            digits.of(figure.value)
+        };
         // The name alone goes with a later version.
         let names = [with_unit, figure.name.to_owned()];
-        names.map(|name| (name, json!(value(&figure))))
+        names.map(|name| (name, json!(value)))
     })
 }
 
@@ -152,14 +163,16 @@ fn add_figures(keys: &mut Map<String, Value>, figures: &[SystemFigure]) {
 
 /// The keys that depend on the system: success, knobs, topics, and figures of the end of
 /// the run.
-fn system_keys(system: &dyn System, summary: &Summary) -> Map<String, Value> {
+fn system_keys(digits: Digits, system: &dyn System, summary: &Summary) -> Map<String, Value> {
     let good = (key(&good(system)), json!(!summary.verdict.is_lost()));
     let setup = &summary.config.setup;
     let aliases = names::shown(system, |alias| names::is_set(alias, setup)).into_iter();
     let aliases = aliases.map(|alias| {
         let text = alias.value(setup);
         let value = match value(alias.kind(), &text) {
-            Value::Number(number) if number.is_f64() => json!(number.as_f64().map(rounded)),
+            Value::Number(number) if number.is_f64() => {
+                json!(number.as_f64().map(|number| digits.of(number)))
+            }
             value => value,
         };
         (key(alias.name), value)
@@ -169,7 +182,7 @@ fn system_keys(system: &dyn System, summary: &Summary) -> Map<String, Value> {
         let counts = [("published", topic.published), ("dropped", topic.dropped())];
         counts.map(|(what, count)| (format!("{}_{what}", key(&topic.name)), json!(count)))
     });
-    let finals = finals(system, summary.sim_time, &summary.state);
+    let finals = finals(digits, system, summary.sim_time, &summary.state);
     [good]
         .into_iter()
         .chain(aliases)
@@ -178,10 +191,10 @@ fn system_keys(system: &dyn System, summary: &Summary) -> Map<String, Value> {
         .collect()
 }
 
-fn wall_keys(summary: &Summary, context: &ReportContext) -> Map<String, Value> {
+fn wall_keys(digits: Digits, summary: &Summary, context: &ReportContext) -> Map<String, Value> {
     let of_nodes = |figure: fn(&NodeAccount) -> &Distribution| {
         let nodes = summary.nodes.iter();
-        let figures = nodes.map(|node| (node.name.to_string(), milliseconds(figure(node))));
+        let figures = nodes.map(|node| (node.name.to_string(), milliseconds(digits, figure(node))));
         figures.collect::<Map<_, _>>()
     };
     object(json!({
@@ -191,27 +204,27 @@ fn wall_keys(summary: &Summary, context: &ReportContext) -> Map<String, Value> {
             Err(refusal) => refusal,
         }),
         "tick_time": of_nodes(|node| &node.tick_time),
-        "wall_time_s": rounded(summary.wall_time.as_secs_f64()),
+        "wall_time_s": digits.of(summary.wall_time.as_secs_f64()),
     }))
 }
 
 /// The figures of a node, including the duration of its ticks where one is set, and its
 /// lateness where it was late.
-fn node(summary: &Summary, node: &NodeAccount) -> (String, Value) {
+fn node(digits: Digits, summary: &Summary, node: &NodeAccount) -> (String, Value) {
     let mut figures = object(json!({
-        "hz": rounded(node.hz.get()),
+        "hz": digits.of(node.hz.get()),
         "overruns": node.overruns,
         "ticks": node.ticks,
     }));
     if has_set_times(summary, &node.name) {
         figures.extend(object(json!({
-            "cost": milliseconds(&node.tick_time),
-            "lateness": milliseconds(&node.lateness),
-            "response": milliseconds(&node.response),
+            "cost": milliseconds(digits, &node.tick_time),
+            "lateness": milliseconds(digits, &node.lateness),
+            "response": milliseconds(digits, &node.response),
         })));
     }
     if was_late(node) {
-        figures.insert("lateness".to_owned(), milliseconds(&node.lateness));
+        figures.insert("lateness".to_owned(), milliseconds(digits, &node.lateness));
     }
     (node.name.to_string(), Value::Object(figures))
 }
@@ -230,19 +243,20 @@ fn topic(topic: &TopicAccount) -> (String, Value) {
 }
 
 /// A distribution in milliseconds; quantiles are accurate to 0.1 %.
-fn milliseconds(distribution: &Distribution) -> Value {
+fn milliseconds(digits: Digits, distribution: &Distribution) -> Value {
+    let ms = |duration: Option<Duration>| duration.map(|of| digits.ms(of.as_secs_f64()));
     json!({
         "count": distribution.count(),
-        "max_ms": duration_ms(distribution.max()),
-        "mean_ms": distribution.mean_s().map(ms),
-        "p50_ms": duration_ms(distribution.quantile(0.5)),
-        "p99_ms": duration_ms(distribution.quantile(0.99)),
+        "max_ms": ms(distribution.max()),
+        "mean_ms": distribution.mean_s().map(|mean| digits.ms(mean)),
+        "p50_ms": ms(distribution.quantile(0.5)),
+        "p99_ms": ms(distribution.quantile(0.99)),
     })
 }
 
 /// This number of seconds in milliseconds.
 pub fn ms(seconds: f64) -> f64 {
-    rounded(seconds * 1e3)
+    Digits::Four.ms(seconds)
 }
 
 /// A duration in milliseconds, if there is one.

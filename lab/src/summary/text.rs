@@ -1,6 +1,6 @@
 //! The summary of a run, for people.
 
-use std::time::Duration;
+use std::{iter, time::Duration};
 
 use ratelab::{ClockKind, Command, Event, EventKind, Hz, Knob, KnobKind, millis};
 use ratelab_account::{Distribution, NodeAccount};
@@ -52,14 +52,12 @@ pub fn of(system: &dyn System, summary: &Summary, context: &ReportContext) -> St
     let chain_line = |chain: &DataChain| chain.line(summary.sim_time, &summary.chains, &silence);
     let chains = system.about().chains.iter().map(chain_line);
     lines.extend(chains.map(|text| ("chain", text)));
-    lines.extend(known([
-        ("links", links(summary)),
-        ("latency", latency(system, summary)),
-        (
-            "push age",
-            summary.push_age().map(|age| push_age(system, summary, age)),
-        ),
-    ]));
+    lines.extend(known([("links", links(summary))]));
+    lines.extend(latencies(system, summary));
+    lines.extend(known([(
+        "push age",
+        summary.push_age().map(|age| push_age(system, summary, age)),
+    )]));
     lines.extend(ages::lines(&summary.ages, |age| !is_told(summary, age)));
     lines.extend(context.phases.iter().flat_map(PhaseSpread::lines));
     let (figures, block) = (summary.figures.iter(), |figure: &SystemFigure| figure.block);
@@ -345,23 +343,37 @@ fn links(summary: &Summary) -> Option<String> {
 /// The main latency, with the period of the main rate.
 fn latency(system: &dyn System, summary: &Summary) -> Option<String> {
     let (_, meter) = system.latency()?;
-    let latency = &summary.latency;
-    let Some(mean) = latency.mean_s() else {
-        return Some(format!("{meter} was not measured"));
-    };
+    let text = latency_of(meter, &summary.latency);
     let period = rate_alias(system, |of| summary.node(of).is_some()).and_then(|alias| {
         let node = summary.node(alias.knobs.first()?.1)?;
         let period = ms(node.hz.period().as_secs_f64());
         Some(format!(" ({} period {period})", label(alias.name)))
     });
-    Some(format!(
-        "{meter} mean {}, p50 {}, p99 {}, max {}{}",
+    let period = period.filter(|_| summary.latency.count() > 0);
+    Some(text + &period.unwrap_or_default())
+}
+
+/// The main latency, then those of the chains beside it.
+fn latencies(system: &dyn System, summary: &Summary) -> Vec<(&'static str, String)> {
+    let others = summary.chain_latencies(system);
+    let others = others.map(|(chain, latency)| latency_of(chain, latency));
+    let texts = latency(system, summary).into_iter().chain(others);
+    let names = iter::once("latency").chain(iter::repeat(""));
+    names.zip(texts).collect()
+}
+
+/// A latency in words.
+fn latency_of(meter: &str, latency: &Distribution) -> String {
+    let Some(mean) = latency.mean_s() else {
+        return format!("{meter} was not measured");
+    };
+    format!(
+        "{meter} mean {}, p50 {}, p99 {}, max {}",
         ms(mean),
         ms_or_dash(latency.quantile(0.5)),
         ms_or_dash(latency.quantile(0.99)),
         ms_or_dash(latency.max()),
-        period.unwrap_or_default()
-    ))
+    )
 }
 
 fn each_node(

@@ -12,6 +12,7 @@ use super::{
     summary::{RowSummary, SweepSummary},
 };
 use crate::summary::{
+    Digits,
     json::{finals, object, result, value},
     rounded,
 };
@@ -66,14 +67,19 @@ fn run(summary: &SweepSummary, topics: &[String], cell: &Cell, outcome: &CellRes
     let mut figures = conditions(&summary.sweep, cell);
     figures.insert(key(&summary.good), json!(!outcome.is_lost()));
     figures.insert("seed".to_owned(), json!(cell.seed));
-    figures.extend(result(outcome));
+    figures.extend(result(Digits::Four, outcome));
     let dropped = topics.iter().zip(&outcome.dropped);
     figures.extend(dropped.map(|(topic, dropped)| {
         let name = format!("{}_dropped", key(topic));
         (name, json!(dropped))
     }));
     let system = &*summary.sweep.system;
-    figures.extend(finals(system, outcome.sim_time, &outcome.state));
+    figures.extend(finals(
+        Digits::Four,
+        system,
+        outcome.sim_time,
+        &outcome.state,
+    ));
     Value::Object(figures)
 }
 

@@ -6,7 +6,7 @@ use ratelab::{Event, Time, TimedKnob};
 use ratelab_account::{Distribution, NodeAccount, Observer, Snapshot, TopicAccount};
 
 use super::{Config, RunAge};
-use crate::system::{Silence, System, SystemFigure, Verdict};
+use crate::system::{Silence, System, SystemFigure, Unmatched, Verdict};
 
 /// The summary of a run.
 #[derive(Clone, Debug)]
@@ -36,6 +36,8 @@ pub struct Summary {
     pub wall_time: Duration,
     /// The system's main latency.
     pub latency: Distribution,
+    /// The latency of each of its chains, by their names: the data age at each output.
+    pub latencies: Vec<(&'static str, Distribution)>,
     /// The topics, in the order of their first connection.
     pub topics: Vec<TopicAccount>,
     /// The nodes, in the order of addition.
@@ -99,7 +101,26 @@ impl Summary {
         Silence {
             idle: idle.map(|node| &*node.name).collect(),
             unsent: unsent.map(|topic| &*topic.name).collect(),
+            unmatched: self.unmatched().collect(),
         }
+    }
+
+    /// The nodes that never ticked although their match took messages of each topic.
+    fn unmatched(&self) -> impl Iterator<Item = Unmatched<'_>> {
+        let idle = self.nodes.iter().enumerate();
+        let idle = idle.filter(|(_, node)| node.ticks == 0 && node.triggers.len() > 1);
+        idle.filter_map(|(index, node)| {
+            let topics = node.triggers.iter().map(|topic| {
+                let topic = self.topics.get(*topic)?;
+                let mut readers = topic.readers.iter();
+                let took = readers.any(|reader| reader.node == index && reader.unmatched > 0);
+                took.then_some(&*topic.name)
+            });
+            Some(Unmatched {
+                node: &node.name,
+                topics: topics.collect::<Option<_>>()?,
+            })
+        })
     }
 
     /// The chains of `system` through which no data came, each with the reason.
@@ -111,6 +132,21 @@ impl Summary {
             Some(format!("{} {why}", chain.name()))
         });
         silent.collect()
+    }
+
+    /// The latencies of the chains of `system` beside its main one, by their names.
+    pub fn chain_latencies<'s>(
+        &'s self,
+        system: &'s dyn System,
+    ) -> impl Iterator<Item = (&'static str, &'s Distribution)> {
+        let main = system.latency();
+        let chains = system.about().chains.iter();
+        let others = chains.filter(move |chain| main != Some((chain.last(), chain.name())));
+        others.filter_map(|chain| {
+            let mut latencies = self.latencies.iter();
+            let (name, latency) = latencies.find(|(name, _)| *name == chain.name())?;
+            Some((*name, latency))
+        })
     }
 
     /// The node called `name`.
@@ -138,6 +174,7 @@ impl Summary {
             sim_time: verdict.at,
             wall_time: Duration::ZERO,
             latency: Distribution::empty(),
+            latencies: Vec::new(),
             topics: Vec::new(),
             nodes: Vec::new(),
             events: Vec::new(),
@@ -155,6 +192,7 @@ impl Summary {
             steps: steps.map_or(0, |topic| topic.published),
             last_step: steps.and_then(|topic| topic.newest),
             latency: latency(system, &snapshot),
+            latencies: latencies(system, &snapshot),
             topics: snapshot.topics,
             nodes: snapshot.nodes,
             events: observer.events(0),
@@ -168,4 +206,14 @@ fn latency(system: &dyn System, snapshot: &Snapshot) -> Distribution {
     let meter = system.latency();
     let distribution = meter.and_then(|(node, meter)| snapshot.meter(node, meter));
     distribution.cloned().unwrap_or_else(Distribution::empty)
+}
+
+/// The latencies of the chains of `system`.
+fn latencies(system: &dyn System, snapshot: &Snapshot) -> Vec<(&'static str, Distribution)> {
+    let chains = system.about().chains.iter();
+    let latencies = chains.map(|chain| {
+        let distribution = snapshot.meter(chain.last(), chain.name());
+        (chain.name(), distribution.cloned().unwrap_or_default())
+    });
+    latencies.collect()
 }

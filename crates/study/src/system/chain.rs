@@ -6,8 +6,8 @@ use std::time::Duration;
 use ratelab::{Time, millis};
 
 use super::{
-    Final, VerdictKind,
-    chain_ages::ChainFigures,
+    Bound, Final, VerdictKind,
+    chain_ages::{ChainFigures, age_of_newest},
     kept::{kept_kind, kept_list, kept_text},
 };
 
@@ -21,6 +21,33 @@ pub struct Silence<'a> {
     pub idle: Vec<&'a str>,
     /// The topics without a message.
     pub unsent: Vec<&'a str>,
+    /// The nodes that never ticked because no messages on their topics matched.
+    pub unmatched: Vec<Unmatched<'a>>,
+}
+
+/// A node for which messages came on each of its topics, but none that match.
+#[derive(Clone, Debug)]
+pub struct Unmatched<'a> {
+    /// Its name.
+    pub node: &'a str,
+    /// The topics that trigger it.
+    pub topics: Vec<&'a str>,
+}
+
+impl Silence<'_> {
+    /// Why this node never ticked, as far as it is known.
+    fn why_idle(&self, node: &str) -> String {
+        let unmatched = self.unmatched.iter().find(|of| of.node == node);
+        unmatched.map_or_else(|| format!("{node} never ticked"), Unmatched::text)
+    }
+}
+
+impl Unmatched<'_> {
+    /// That it never ticked, and why.
+    pub fn text(&self) -> String {
+        let (node, topics) = (self.node, self.topics.join(" and "));
+        format!("{node} never ticked: the header stamps on {topics} never match")
+    }
 }
 
 /// A chain.
@@ -52,11 +79,16 @@ impl Limit {
         millis::to_millis(self.age)
     }
 
+    /// Whether it holds for a long enough `share` of the time.
+    fn is_kept(self, share: f64) -> bool {
+        Bound::AtLeast(self.share).holds(share)
+    }
+
     /// The `share` of the time within it, in hundredths of a percent. It is rounded to the nearest,
     /// except that a share below the wanted one never looks like that.
     fn share_text(self, share: f64) -> String {
         let hundredths = (share * 1e4).round();
-        let missed = share < self.share && hundredths >= self.share * 1e4;
+        let missed = !self.is_kept(share) && hundredths >= self.share * 1e4;
         let shown = if missed {
             (share * 1e4).floor()
         } else {
@@ -167,7 +199,7 @@ impl DataChain {
         let limit = self.limit?;
         match row.and_then(|row| self.figures(at, row)) {
             None => over.then_some(self.silent),
-            Some(figures) => (figures.share < limit.share).then_some(self.missed),
+            Some(figures) => (!limit.is_kept(figures.share)).then_some(self.missed),
         }
     }
 
@@ -179,6 +211,12 @@ impl DataChain {
             unit,
             value: figures.map_or(f64::NAN, value),
         })
+    }
+
+    /// Its data age at the output of its last node that a message on [`CHAINS`] is about; `None`
+    /// before any data.
+    pub fn latency(&self, row: &[f64]) -> Option<Duration> {
+        age_of_newest(row, self.number)
     }
 
     /// Its mean age up to run time `at` (ms), from the newest message on [`CHAINS`].
@@ -214,7 +252,7 @@ impl DataChain {
         let mut hops = self.nodes.iter().zip(self.topics);
         let unsent = hops.find(|(_, topic)| silence.unsent.contains(topic));
         let why = match (idle, unsent) {
-            (Some(node), _) => format!(": {node} never ticked"),
+            (Some(node), _) => format!(": {}", silence.why_idle(node)),
             (None, Some((node, topic))) => format!(": {node} published nothing on {topic}"),
             (None, None) => String::new(),
         };

@@ -147,6 +147,13 @@ impl ChainAges {
     }
 }
 
+/// The age of chain number `chain` just after its newest output, from a `row`; `None` before the
+/// first.
+pub(crate) fn age_of_newest(row: &[f64], chain: usize) -> Option<Duration> {
+    let age = row.get(2 + OF_CHAIN.len() * chain)?;
+    (!age.is_nan()).then(|| Duration::from_nanos((age * 1e6).round() as u64))
+}
+
 /// The figures of a chain up to a run time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ChainFigures {

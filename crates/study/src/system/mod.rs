@@ -80,7 +80,7 @@ pub use age_limits::AgeLimits;
 pub use alias::Alias;
 pub use builder::{AnswersOfNodes, Builder, RecordedAnswers, WORLD};
 pub(crate) use builder::{ForwardingNode, RecordedTopics};
-pub use chain::{CHAINS, DataChain, Silence};
+pub use chain::{CHAINS, DataChain, Silence, Unmatched};
 pub(crate) use chain::{Limit, key};
 pub use chain_ages::is_run_time;
 pub(crate) use chain_ages::{ChainAges, MOST_CHAINS, Numbers, PEAKS, chain_fields};

@@ -9,7 +9,7 @@ use ratelab::{Interrupt, Time, Topology};
 use ratelab_study::{
     advise::{AgeChange, Aim, changes, run_all},
     experiment::{Config, Experiment, RunAge, Summary, sweep::all_cores},
-    system::{DataChain, System},
+    system::{DataChain, System, Unmatched},
 };
 
 use self::measured::{ChangedRun, Score};
@@ -17,7 +17,7 @@ use crate::{
     cli::AdviseArgs,
     error::Error,
     options::{self, Defaults},
-    output::{ProgressLine, print_result},
+    output::{ProgressLine, note, print_result},
     program::Program,
     signals,
 };
@@ -43,18 +43,23 @@ pub fn advise(program: &Program, args: &AdviseArgs) -> Result<(), Error> {
     let (summary, topology) = advisor.base()?;
     let aged = advisor.oldest(&summary).cloned();
     let late = late_nodes(&summary);
+    let unmatched = summary.silence().unmatched;
+    let unmatched: Vec<String> = unmatched.iter().map(with_way_out).collect();
     let aim = match &aged {
         Some(age) => Aim::Age(age),
         None if !late.is_empty() => Aim::Overruns(&late),
         None => {
-            let why = format!(
-                "{} has nothing to improve in this run: no node skipped a period, nothing came to \
-                 the end of a [chain.NAME], and nothing was pushed",
-                program.system.name()
-            );
+            let why = if unmatched.is_empty() {
+                NO_AIM.to_owned()
+            } else {
+                unmatched.join("; ")
+            };
+            let name = program.system.name();
+            let why = format!("{name} has nothing to improve in this run: {why}");
             return Err(Error::BadInput(why));
         }
     };
+    unmatched.iter().for_each(|text| note(text));
     let singles = changes(&*program.system, &summary.config.setup, &topology, &aim);
     let advisor = Advisor {
         aged: aged.as_ref(),
@@ -82,6 +87,19 @@ pub fn advise(program: &Program, args: &AdviseArgs) -> Result<(), Error> {
         return Err(Error::Unfinished(why));
     }
     Ok(())
+}
+
+/// Why there is no advice, where nothing more is known.
+const NO_AIM: &str = "no node skipped a period, nothing came to the end of a [chain.NAME], and \
+                      nothing was pushed";
+
+/// Why a node never ticked, and what to try.
+fn with_way_out(unmatched: &Unmatched<'_>) -> String {
+    let (why, node) = (unmatched.text(), unmatched.node);
+    format!(
+        "{why}: try --with 'node.{node}.match = \"approximate:10\"', or messages that copy one \
+         stamp (the key stamp)"
+    )
 }
 
 /// The nodes that skipped periods.

@@ -18,7 +18,7 @@ use crate::{
     output::{OutputKind, ProgressLine, print_result},
     program::Program,
     signals,
-    summary::{json, text::ReportContext},
+    summary::json,
 };
 
 /// Defaults of the runs.
@@ -47,13 +47,11 @@ pub fn check(program: &Program, args: &CheckArgs) -> Result<(), Error> {
 
 /// The run with this `seed`, with what its limits are compared with.
 fn checked(system: &dyn System, seed: u64, summary: &Summary) -> CheckedRun {
-    let mut metrics = json::of(system, summary, &ReportContext::default());
-    metrics.extend(json::exact_finals(system, summary.sim_time, &summary.state));
     CheckedRun {
         seed,
         verdict: summary.verdict,
         without_data: summary.without_data(system),
-        metrics,
+        metrics: json::measured(system, summary),
     }
 }
 
