@@ -25,7 +25,12 @@ fn in_a_line(age: &RunAge) -> String {
             title(age)
         );
     }
-    format!("{}: {mean} ms mean (p99 {p99} ms)", title(age))
+    let ahead = if age.has_shares() {
+        ""
+    } else {
+        ": a clock is ahead, and the push age counts below zero as zero"
+    };
+    format!("{}: {mean} ms mean (p99 {p99} ms){ahead}", title(age))
 }
 
 /// The mean of an age and what it does not exceed for 99 % of the time (s).
@@ -34,15 +39,20 @@ pub fn mean_and_p99_s(age: &RunAge) -> [f64; 2] {
 }
 
 fn parts(age: &RunAge) -> Vec<(&'static str, String)> {
+    let has_shares = age.has_shares();
     let share = |ns: i64| ns as f64 / age.mean_ns.max(1) as f64;
-    let (large, small): (Vec<&AgeShare>, Vec<&AgeShare>) =
-        age.parts.iter().partition(|part| share(part.ns) >= SMALL);
+    let is_large = |part: &&AgeShare| !has_shares || share(part.ns) >= SMALL;
+    let (large, small): (Vec<&AgeShare>, Vec<&AgeShare>) = age.parts.iter().partition(is_large);
     let rest = small.iter().map(|part| part.ns).sum::<i64>();
     let parts = large.into_iter().map(|part| (part.ns, words(part)));
     let rest = (rest != 0).then(|| (rest, "in smaller parts".to_owned()));
     let lines = parts.chain(rest).map(|(ns, words)| {
-        let percent = share(ns) * 1e2;
-        ("", format!("{:>7} ms {percent:>3.0} %  {words}", ms(ns)))
+        let percent = if has_shares {
+            format!("{:>3.0} %", share(ns) * 1e2)
+        } else {
+            String::new()
+        };
+        ("", format!("{:>7} ms {percent:5}  {words}", ms(ns)))
     });
     lines.collect()
 }

@@ -142,9 +142,17 @@ impl AgeShare {
 }
 
 impl RunAge {
-    /// This age, without its parts if they do not sum to the mean that the run `measured` (ms).
+    /// Whether no part is below zero, as one is after the error of a clock: then the parts are shares
+    /// of a whole.
+    pub fn has_shares(&self) -> bool {
+        self.parts.iter().all(|part| part.ns >= 0)
+    }
+
+    /// This age, without its parts if they do not sum to the mean that the run `measured` (ms): that
+    /// counts an age below zero as zero.
     #[must_use]
     pub(super) fn checked(self, measured: Option<f64>) -> Self {
+        let measured = measured.filter(|_| self.has_shares());
         let measured = measured.map(|ms| (ms * 1e6).round() as i64);
         match measured.filter(|ns| ns.abs_diff(self.mean_ns) > ROUNDING) {
             Some(ns) => Self {
