@@ -87,6 +87,7 @@ pub fn quit_on_signal() -> Arc<AtomicBool> {
         asked.store(true, Ordering::Relaxed);
         thread::spawn(|| {
             thread::sleep(GRACE);
+            signals::await_recordings(|| true);
             restore_terminal();
             output::error(&"the run did not end in order: a node is still busy");
             signals::end_at_once();

@@ -14,6 +14,7 @@ use std::{
 
 use ratelab::{Interrupt, sync::lock};
 use ratelab_cart_pole::policy::end_programs;
+use ratelab_recording::Recorder;
 use ratelab_study::file::remove_unfinished;
 use signal_hook::{
     consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ},
@@ -74,6 +75,10 @@ fn ignored() -> u64 {
 /// to a process and to its group, and what the first one began may end in order.
 const TOGETHER: Duration = Duration::from_secs(1);
 
+/// Longest time after the first signal for the end of recordings, which a busy machine needs after a run
+/// at full speed.
+const LONGEST_END: Duration = Duration::from_secs(5);
+
 /// Does what is to be done at the first signal, and ends the program at the next. A second
 /// SIGHUP is ignored: a closing terminal may send several.
 fn obey(mut signals: Signals) {
@@ -99,12 +104,33 @@ fn obey(mut signals: Signals) {
     }
     if let Some(signal) = arriving.find(|signal| *signal != SIGHUP) {
         stop_signal::received(signal);
+        let is_same = stop_signal::age() < TOGETHER;
         thread::sleep(TOGETHER.saturating_sub(stop_signal::age()));
+        if is_same {
+            // What came along with the first one is the same wish.
+            signals.pending().for_each(drop);
+            await_recordings(|| signals.pending().all(|signal| signal == SIGHUP));
+        }
         let response = lock(&RESPONSE).take();
         if let Some(response) = response {
             (response.last)();
         }
+        if Recorder::any_is_open() {
+            let name = stop_signal::name(signal);
+            output::error(&format!(
+                "stopped by {name} before the recording was complete: it holds the run up to a \
+                 moment before"
+            ));
+        }
         end_at_once();
+    }
+}
+
+/// Waits until recordings are complete while that `may` go on, but no longer than
+/// [`LONGEST_END`] after the first signal.
+pub fn await_recordings(mut may: impl FnMut() -> bool) {
+    while Recorder::any_is_open() && stop_signal::age() < LONGEST_END && may() {
+        thread::sleep(LOOK);
     }
 }
 

@@ -6,6 +6,7 @@ use std::{
     io::{self, BufRead, BufReader, Read},
     process::{Child, ChildStderr, Stdio},
     thread,
+    time::{Duration, Instant},
 };
 
 use crate::support::{Folder, Said, error_line, send, table::rows};
@@ -97,6 +98,38 @@ fn any_number_of_signals_leaves_the_curves_of_a_sweep_whole_or_not_at_all() {
             names.is_empty() || folder.names("out") == ["sweep.json"],
             "{names:?}"
         );
+    }
+}
+
+/// As a closing terminal and its shell send them, on a machine so busy that the program stands still
+/// for a while.
+#[test]
+fn two_signals_at_once_leave_a_recording_that_is_whole_or_told() {
+    let folder = Folder::new();
+    let line = "run --clock virtual --duration-s 1000000 --record run.rrd";
+    let mut command = folder.command(line);
+    let command = command.stdout(Stdio::null()).stderr(Stdio::piped());
+    let child = command.spawn().expect("ratelab starts");
+    let size = || fs::metadata(folder.path("run.rrd")).map_or(0, |file| file.len());
+    while size() < 2_000_000 {
+        thread::yield_now();
+    }
+    for signal in ["-HUP", "-TERM", "-STOP"] {
+        send(signal, child.id());
+    }
+    let stopped = Instant::now();
+    while stopped.elapsed() < Duration::from_millis(1200) {
+        thread::yield_now();
+    }
+    send("-CONT", child.id());
+    let output = child.wait_with_output().expect("ended");
+    assert_eq!(output.status.code(), Some(143));
+    let said = Said::of(&output.stderr);
+    if said.contains("before the recording was complete") {
+        let info = folder.does("info run.rrd");
+        Said::of(&info.stdout).has("as far as the file is good");
+    } else {
+        folder.says("verify run.rrd").has("identical");
     }
 }
 

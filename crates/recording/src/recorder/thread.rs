@@ -9,7 +9,7 @@ use std::{
     path::{Path, PathBuf},
     sync::{
         Arc,
-        atomic::{AtomicU64, Ordering},
+        atomic::{AtomicU64, AtomicUsize, Ordering},
     },
     thread::{self, JoinHandle},
     time::Duration,
@@ -31,6 +31,25 @@ pub const BACKLOG: usize = 1 << 16;
 
 /// Interval between two checks of the taps (wall time).
 const LOOK: Duration = Duration::from_millis(50);
+
+/// Number of recordings that are not complete.
+static OPEN: AtomicUsize = AtomicUsize::new(0);
+
+/// A recording that is not complete, until it is dropped.
+struct Open;
+
+impl Open {
+    fn new() -> Self {
+        OPEN.fetch_add(1, Ordering::SeqCst);
+        Self
+    }
+}
+
+impl Drop for Open {
+    fn drop(&mut self) {
+        OPEN.fetch_sub(1, Ordering::SeqCst);
+    }
+}
 
 /// A recording in progress.
 pub struct Recorder {
@@ -81,7 +100,9 @@ impl Recorder {
             noticed: 0,
         };
         let thread = thread::Builder::new().name("recorder".to_owned());
+        let open = Open::new();
         let thread = thread.spawn(move || {
+            let _open = open;
             let tap = tap.unwrap_or_else(|| source.taps.all(BACKLOG));
             record(begin(source)?, tap, watch, &asked)
         });
@@ -117,6 +138,11 @@ impl Recorder {
     /// Whether it was asked to end, or has ended by itself.
     pub fn is_ending(&self) -> bool {
         self.asked.get() || self.has_ended()
+    }
+
+    /// Whether any recording is not complete: the end of the program leaves its file without an end.
+    pub fn any_is_open() -> bool {
+        OPEN.load(Ordering::SeqCst) > 0
     }
 
     /// Whether it has ended, by request or after an error.
