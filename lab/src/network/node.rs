@@ -179,12 +179,28 @@ fn run_once(
         ..ReportContext::default()
     };
     match states_here {
-        true => print_line(&text::of(system, &summary, &context))?,
+        true => {
+            let seen = seen_here(summary.clone(), &is_here);
+            print_line(&text::of(system, &seen, &context))?;
+        }
         false => print_line(&ticks(&summary, here))?,
     }
     lines.iter().try_for_each(|line| print_line(line))?;
     recorded.map_or(Ok(()), |recorded| print_recorded(false, &recorded?))?;
     Ok(states_here && summary.verdict.is_lost())
+}
+
+/// The summary without readers of topics that neither begin nor end at nodes that `are_here`: their
+/// messages go past this process, so it cannot say how many there were.
+fn seen_here(mut summary: Summary, are_here: impl Fn(&usize) -> bool) -> Summary {
+    for topic in &mut summary.topics {
+        let is_seen = topic.publishers.iter().any(&are_here)
+            || topic.readers.iter().any(|reader| are_here(&reader.node));
+        if !is_seen {
+            topic.readers.clear();
+        }
+    }
+    summary
 }
 
 /// What the nodes of a process without the plant did.

@@ -360,6 +360,22 @@ fn a_dashboard_names_the_command_of_what_is_missing() {
 }
 
 #[test]
+fn a_part_does_not_count_messages_that_go_past_it() {
+    let folder = Folder::new();
+    let graph = "
+        name = 'relay'
+        node.a = { rate = 50, publishes = ['/a'] }
+        node.b = { trigger = ['/a'], publishes = ['/b'] }
+        node.c = { trigger = ['/b'], publishes = ['/c'] }
+        chain.all.path = ['a', '/a', 'b', '/b', 'c', '/c']
+    ";
+    folder.write("relay.toml", graph);
+    let printed = folder.says("up relay.toml --port 0 --duration-s 0.5");
+    // The summary is that of the process at the end of the chain.
+    printed.has("topics    /b ").lacks("/a 0.0 msg/s");
+}
+
+#[test]
 fn up_passes_its_graph_to_all_parts() {
     let folder = Folder::with(&["graphs/camera-pole.toml"]);
     for line in ["camera-pole.toml up", "up camera-pole.toml"] {
