@@ -178,16 +178,16 @@ fn run_once(
         realtime: realtime.map(|asked| asked.map(drop)),
         ..ReportContext::default()
     };
-    match states_here {
-        true => {
-            let seen = seen_here(summary.clone(), &is_here);
-            print_line(&text::of(system, &seen, &context))?;
-        }
-        false => print_line(&ticks(&summary, here))?,
+    let is_lost = states_here && summary.verdict.is_lost();
+    if states_here {
+        let seen = seen_here(summary, is_here);
+        print_line(&text::of(system, &seen, &context))?;
+    } else {
+        print_line(&ticks(&summary, here))?;
     }
     lines.iter().try_for_each(|line| print_line(line))?;
     recorded.map_or(Ok(()), |recorded| print_recorded(false, &recorded?))?;
-    Ok(states_here && summary.verdict.is_lost())
+    Ok(is_lost)
 }
 
 /// The summary without readers of topics that neither begin nor end at nodes that `are_here`: their
