@@ -1,6 +1,6 @@
 //! Distributions of durations.
 
-use std::{collections::BTreeMap, sync::Arc, time::Duration};
+use std::{sync::Arc, time::Duration};
 
 /// Buckets per octave: the width of each is at most 1/1024 of its values.
 const BUCKETS: u64 = 1 << BUCKET_BITS;
@@ -15,8 +15,8 @@ const BLOCK: u64 = 32;
 /// A copy is cheap: it shares the blocks of buckets until they grow.
 #[derive(Clone, Debug, Default)]
 pub struct Distribution {
-    /// Neighbouring buckets, by the number of their block: most distributions have few.
-    blocks: BTreeMap<u64, Arc<[Bucket; BLOCK as usize]>>,
+    /// Neighbouring buckets with the number of their block, in order: most distributions have few.
+    blocks: Vec<(u64, Arc<[Bucket; BLOCK as usize]>)>,
     count: u64,
     sum: u64,
     max: u64,
@@ -41,7 +41,16 @@ impl Distribution {
     pub fn add(&mut self, sample: Duration) {
         let nanos = u64::try_from(sample.as_nanos()).unwrap_or(u64::MAX);
         let place = place(nanos);
-        let block = self.blocks.entry(place / BLOCK).or_default();
+        let number = place / BLOCK;
+        let index = self.blocks.partition_point(|(known, _)| *known < number);
+        if self
+            .blocks
+            .get(index)
+            .is_none_or(|(known, _)| *known != number)
+        {
+            self.blocks.insert(index, (number, Arc::default()));
+        }
+        let (_, block) = &mut self.blocks[index];
         let bucket = &mut Arc::make_mut(block)[(place % BLOCK) as usize];
         bucket.count += 1;
         bucket.excess = bucket.excess.saturating_add(nanos - least(place));

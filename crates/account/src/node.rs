@@ -4,6 +4,7 @@ use std::{mem, time::Duration};
 
 use ratelab::{Hz, MessageId, NodeRecord, NodeTopology, Push, TickTimes, Time, sync::Arc};
 use ratelab_effects::Executor;
+use smallvec::SmallVec;
 
 use super::{distribution::Distribution, saw::PushAge};
 
@@ -46,14 +47,14 @@ pub struct NodeAccount {
     /// Whether the tick that it records next is among these since its begin.
     counted: bool,
     /// What the tick that it records next has read, and what completed its set.
-    causes: TickCauses,
+    pub(crate) causes: TickCauses,
 }
 
 /// Why a tick of a node does what it does.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TickCauses {
     /// The messages that it read, in this order.
-    pub reads: Vec<TopicRead>,
+    pub reads: SmallVec<[TopicRead; 2]>,
     /// Index of the topic whose message completed the set that it is for, where several topics
     /// trigger the node.
     pub completed: Option<usize>,
@@ -157,22 +158,6 @@ impl NodeAccount {
             self.tick_time.add(took);
             self.response.add(times.lateness.unwrap_or_default() + took);
         }
-    }
-
-    /// Adds a message that the tick under way has read.
-    pub(crate) fn reads(&mut self, read: TopicRead) {
-        self.causes.reads.push(read);
-    }
-
-    /// The set of the next tick is complete with a message of this topic.
-    pub(crate) fn completes(&mut self, topic: usize) {
-        self.causes.completed = (self.triggers.len() > 1).then_some(topic);
-    }
-
-    /// Forgets the causes of a tick that nobody listens to.
-    pub(crate) fn forget_causes(&mut self) {
-        self.causes.reads.clear();
-        self.causes.completed = None;
     }
 
     /// The newest tick, which had these `times`, with its causes.

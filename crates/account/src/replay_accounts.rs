@@ -106,7 +106,9 @@ impl ReplayAccounts {
 
     /// Delivers the messages that arrive by `now`.
     pub fn deliver(&mut self, now: Time) {
-        self.each(|queue, account| queue.deliver(now, account));
+        for topic in 0..self.queues.len() {
+            self.topic(topic, |queue, account| queue.deliver(now, account));
+        }
     }
 
     /// Adds the total number of messages lost unread on the topic with index `topic`,
@@ -198,10 +200,6 @@ impl ReplayAccounts {
             change(queue, &mut account);
         }
     }
-
-    fn each(&mut self, mut change: impl FnMut(&mut ReplayQueue, &mut TopicAccount)) {
-        (0..self.queues.len()).for_each(|topic| self.topic(topic, &mut change));
-    }
 }
 
 /// Whether a message goes through a link.
@@ -265,15 +263,15 @@ impl ReplayQueue {
             reader,
             newest,
         } = *read;
-        let place = self.stamps.partition_point(|(known, _)| *known < seq);
-        let stamp = self.stamps.get(place).filter(|(known, _)| *known == seq);
-        if let Some((_, stamp)) = stamp {
+        let place = self.stamps.binary_search_by_key(&seq, |(known, _)| *known);
+        if let Ok(place) = place {
+            let (_, stamp) = self.stamps[place];
             account.add(&TopicRecord::Read {
                 reader,
                 tick: tick.number,
                 seq,
                 newest,
-                age: tick.at.since(*stamp),
+                age: tick.at.since(stamp),
             });
         }
     }

@@ -27,18 +27,16 @@ impl TapHandle {
         tap
     }
 
-    /// As [`all`](Self::all), with the messages of all other topics, too, without their numbers.
-    pub fn all_heads(&self, topics: &[&dyn RecordedTopic], capacity: usize) -> Tap<RunRow> {
+    /// Copies every message of all topics, without its numbers, and every tick from now on, in one
+    /// queue of `capacity`.
+    pub fn heads(&self, capacity: usize) -> Tap<RunRow> {
         let (all, tap) = self.tap(capacity);
-        self.send_rows(topics, &all);
-        let known = self.0.accounts.topology.topics.iter().zip(&self.0.topics);
-        for (index, (topic, listeners)) in known.enumerate() {
-            if topics.iter().all(|known| known.name() != topic.name) {
-                let end = all.clone();
-                listeners.add(Box::new(move |head, _| {
-                    end.offer(RunRow::Message(index, *head, Vec::new()))
-                }));
-            }
+        self.send_rows(&[], &all);
+        for (index, listeners) in self.0.topics.iter().enumerate() {
+            let end = all.clone();
+            listeners.add(Box::new(move |head, _| {
+                end.offer(RunRow::Message(index, *head, Vec::new()))
+            }));
         }
         tap
     }

@@ -6,7 +6,7 @@ use ratelab::{Graph, Head, MessageId, NodeRecord, RunState, Sink, TopicRecord, s
 
 use super::{
     accounts::Accounts,
-    node::{NodeAccount, TickRecord, TopicRead},
+    node::{NodeAccount, TickCauses, TickRecord, TopicRead},
     tap::Listeners,
 };
 
@@ -50,8 +50,10 @@ impl AccountSink {
 impl AccountSink {
     /// Adds a cause of the next tick of a node. It is kept although nobody may listen: a tap may come
     /// before the tick is over.
-    fn cause(&self, node: Option<usize>, add: impl FnOnce(&mut NodeAccount)) {
-        if let Some(mut account) = node.and_then(|node| self.accounts.node(node)) {
+    fn cause(&self, topic: usize, reader: usize, add: impl FnOnce(&mut NodeAccount)) {
+        let topic = &self.accounts.topology.topics[topic];
+        let node = topic.readers.get(reader);
+        if let Some(mut account) = node.and_then(|node| self.accounts.node(*node)) {
             add(&mut account);
         }
     }
@@ -70,7 +72,7 @@ impl Sink for AccountSink {
                 drop(account);
                 self.ticks[node].each(|listener| listener(&tick));
             } else {
-                account.forget_causes();
+                account.causes = TickCauses::default();
             }
         }
     }
@@ -85,29 +87,30 @@ impl Sink for AccountSink {
                 drop(account);
                 self.topics[topic].each(|listener| listener(head, *payload));
             }
-            TopicRecord::Read {
+            &TopicRecord::Read {
                 reader,
                 seq,
                 newest,
                 ..
             } => {
-                let read = TopicRead {
-                    message: MessageId { topic, seq: *seq },
-                    reader: *reader,
-                    newest: *newest,
-                };
-                let node = account.readers.get(*reader).map(|reader| reader.node);
                 drop(account);
-                self.cause(node, |node| node.reads(read));
+                let message = MessageId { topic, seq };
+                let read = TopicRead {
+                    message,
+                    reader,
+                    newest,
+                };
+                self.cause(topic, reader, |node| node.causes.reads.push(read));
             }
-            TopicRecord::Matched {
+            &TopicRecord::Matched {
                 reader,
                 completes: true,
                 ..
             } => {
-                let node = account.readers.get(*reader).map(|reader| reader.node);
                 drop(account);
-                self.cause(node, |node| node.completes(topic));
+                self.cause(topic, reader, |node| {
+                    node.causes.completed = (node.triggers.len() > 1).then_some(topic);
+                });
             }
             _ => {}
         }

@@ -3,8 +3,10 @@
 use std::time::Duration;
 
 use ratelab::{Time, Topology};
-use ratelab_account::{AgeParts, AgeStage};
+use ratelab_account::AgeParts;
 use ratelab_study::system::AgeLimits;
+
+use super::sentence::sentence;
 
 /// Ages closer than this count as equal.
 const HAIR: Duration = Duration::from_micros(100);
@@ -94,61 +96,22 @@ pub struct PushData {
     pub sentence: PushSentence,
     /// The greatest reaction time lately.
     pub reaction: Option<Duration>,
-    /// The recent mean of each part, from the sensing on.
-    pub mean: Vec<(PartKind, Duration)>,
+    /// The recent mean of each of [`PARTS`].
+    pub mean: [Duration; PARTS.len()],
 }
 
-/// The kind of a part of an age.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PartKind {
-    /// Waiting to be read.
-    Waited,
-    /// In ticks with a duration.
-    Worked,
-    /// On links.
-    Travelled,
-    /// In force.
-    Held,
-    /// In a part of the chain that is not known.
-    Unknown,
-}
+/// What data do at the stages of an age, in order of occurrence: the glyph in the bar, and the
+/// [word](ratelab_account::AgeStage::word).
+pub const PARTS: [[&str; 2]; 5] = [
+    ["?", UNKNOWN],
+    ["▒", "waited"],
+    ["█", "worked"],
+    ["▄", "on links"],
+    ["▓", "held"],
+];
 
-impl PartKind {
-    /// All kinds, in order of occurrence.
-    pub const ALL: [Self; 5] = [
-        Self::Unknown,
-        Self::Waited,
-        Self::Worked,
-        Self::Travelled,
-        Self::Held,
-    ];
-
-    /// The kind of `stage`.
-    pub fn of(stage: AgeStage) -> Self {
-        match stage {
-            AgeStage::Wait { .. }
-            | AgeStage::Match { .. }
-            | AgeStage::Executor { .. }
-            | AgeStage::Queue { .. }
-            | AgeStage::Reuse { .. } => Self::Waited,
-            AgeStage::Before => Self::Unknown,
-            AgeStage::Cost { .. } => Self::Worked,
-            AgeStage::Link { .. } => Self::Travelled,
-            AgeStage::Held { .. } | AgeStage::Kept { .. } => Self::Held,
-        }
-    }
-
-    /// Its glyph in the bar of an age, and its name.
-    pub fn signs(self) -> [&'static str; 2] {
-        match self {
-            Self::Waited => ["▒", "waited"],
-            Self::Worked => ["█", "worked"],
-            Self::Travelled => ["▄", "on links"],
-            Self::Held => ["▓", "held"],
-            Self::Unknown => ["?", "unknown"],
-        }
-    }
-}
+/// The word of a part of the chain that is not known.
+pub const UNKNOWN: &str = "unknown";
 
 /// The parts of an age in a sentence, whole and with the smallest parts merged.
 #[derive(Clone, Debug, PartialEq)]
@@ -163,7 +126,7 @@ impl PushSentence {
 
     /// The sentence about `parts`.
     pub fn of(parts: &AgeParts, topology: &Topology) -> Self {
-        let within = |room| parts.sentence_within(topology, room, Self::MORE);
+        let within = |room| sentence(parts, topology, room, Self::MORE);
         Self(Self::WIDTHS.map(within).into())
     }
 
@@ -176,5 +139,33 @@ impl PushSentence {
     pub fn fitting(&self, fits: impl Fn(&str) -> bool) -> &str {
         let fitting = self.0.iter().find(|text| fits(text));
         fitting.or(self.0.last()).map_or("", String::as_str)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ratelab_account::AgeStage;
+
+    use super::PARTS;
+
+    #[test]
+    fn every_stage_of_an_age_has_a_glyph() {
+        for stage in [
+            AgeStage::Before,
+            AgeStage::Wait(0),
+            AgeStage::Match { topic: 0, node: 0 },
+            AgeStage::Executor(0),
+            AgeStage::Queue(0),
+            AgeStage::Reuse(0),
+            AgeStage::Cost(0),
+            AgeStage::Link(0),
+            AgeStage::Held(0),
+            AgeStage::Kept(0),
+        ] {
+            assert!(
+                PARTS.iter().any(|[_, word]| *word == stage.word()),
+                "{stage:?}"
+            );
+        }
     }
 }

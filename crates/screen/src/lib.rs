@@ -42,6 +42,7 @@ mod reaction;
 mod run;
 mod sameness;
 mod sampler;
+mod sentence;
 mod session;
 mod survival_level;
 mod svg;

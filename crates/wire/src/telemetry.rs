@@ -199,8 +199,8 @@ impl SentTick {
                 sensed: time(sensed),
             }),
             causes: TickCauses {
-                reads: Vec::new(),
                 completed: self.completed,
+                ..TickCauses::default()
             },
         }
     }

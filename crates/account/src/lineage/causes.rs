@@ -3,14 +3,15 @@
 //! All of it is recorded when it happens: a message names its tick, a tick names its reads. This
 //! file only joins them.
 
-use std::{cmp::Reverse, collections::VecDeque};
+use std::{cmp::Reverse, collections::VecDeque, iter};
 
 use ratelab::{Derived, Head, MessageId, TickId, Time};
+use smallvec::SmallVec;
 
 use super::{DataWay, Lineage, TracedTick, TracedTopic};
 
 /// When the newest data of each node that begins data began (run time), by the indices of the nodes.
-pub(super) type Beginnings = Vec<(usize, Time)>;
+pub(super) type Beginnings = SmallVec<[(usize, Time); 2]>;
 
 impl TracedTopic {
     /// The message with this sequence number.
@@ -21,8 +22,9 @@ impl TracedTopic {
 
     /// Messages published after message number `seq`, oldest first.
     pub(super) fn after(&self, seq: u64) -> impl Iterator<Item = &Head> {
-        let first = self.sent.partition_point(|sent| sent.seq <= seq);
-        self.sent.range(first..)
+        let next = seq.saturating_add(1);
+        self.sent
+            .range(place_of(&self.sent, next, |sent| sent.seq)..)
     }
 
     /// The queue depth at run time `at`.
@@ -76,9 +78,25 @@ impl Lineage {
             .collect()
     }
 
+    /// The messages that the data of one came with, itself first, each with the tick that published
+    /// it; of data from the node `source` where no path tells the way.
+    pub(super) fn steps(
+        &self,
+        message: MessageId,
+        source: Option<usize>,
+    ) -> impl Iterator<Item = (MessageId, Option<(usize, usize)>)> {
+        let mut next = Some(message);
+        iter::from_fn(move || {
+            let message = next?;
+            let made = self.made_by(message);
+            next = made.and_then(|tick| self.behind(message, tick, source));
+            Some((message, made))
+        })
+    }
+
     /// The message that the data of another one came with, which the tick with this index
     /// published; `None` if they begin with the tick.
-    pub(super) fn behind(
+    fn behind(
         &self,
         message: MessageId,
         (node, index): (usize, usize),

@@ -7,7 +7,6 @@ mod causes;
 mod parts;
 mod push;
 mod queue;
-mod sentence;
 mod waits;
 
 use std::collections::VecDeque;
@@ -18,6 +17,7 @@ pub use waits::{TickWait, WaitsFor};
 
 use ratelab::{Depth, Event, Head, Knob, MessageId, Time, TimedKnob, Topology};
 use ratelab_effects::Executor;
+use smallvec::SmallVec;
 
 use self::causes::Beginnings;
 use super::node::TickRecord;
@@ -72,13 +72,23 @@ pub fn sensing_of(head: &Head) -> Time {
     head.origin.unwrap_or(head.stamp)
 }
 
+/// Messages of different topics: most nodes read few.
+type Reads = SmallVec<[MessageId; 2]>;
+
+/// Adds a message, unless one of its topic is there.
+fn add_read(reads: &mut Reads, read: MessageId) {
+    if reads.iter().all(|known| known.topic != read.topic) {
+        reads.push(read);
+    }
+}
+
 /// A tick of a node.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TracedTick {
     /// The tick.
     pub tick: TickRecord,
-    /// The message that the node had read last on each topic that this tick did not read.
-    kept: Vec<MessageId>,
+    /// The message that the node had read last on each topic: what this tick read before the rest.
+    reads: Reads,
     /// When the data behind these began; `None` while that is not known.
     beginnings: Option<Beginnings>,
 }
@@ -92,13 +102,7 @@ impl TracedTick {
 
     /// The message that the node had read last on each topic, by this tick or before.
     pub fn reads(&self) -> impl Iterator<Item = MessageId> {
-        let reads = &self.tick.causes.reads;
-        let own = reads.iter().enumerate().filter(|(place, read)| {
-            let mut later = reads[place + 1..].iter();
-            later.all(|later| later.message.topic != read.message.topic)
-        });
-        let own = own.map(|(_, read)| read.message);
-        own.chain(self.kept.iter().copied())
+        self.reads.iter().copied()
     }
 
     /// The message that it read from the topic with this index.
@@ -200,13 +204,15 @@ impl Lineage {
         let Some(node) = self.nodes.get_mut(node) else {
             return;
         };
-        let reads = &tick.causes.reads;
-        let is_read = |topic| reads.iter().any(|read| read.message.topic == topic);
+        let mut reads = Reads::new();
+        let own = tick.causes.reads.iter().rev();
+        own.for_each(|read| add_read(&mut reads, read.message));
+        reads.reverse();
         let before = node.ticks.back().into_iter().flat_map(TracedTick::reads);
-        let kept = before.filter(|read| !is_read(read.topic)).collect();
+        before.for_each(|read| add_read(&mut reads, read));
         node.ticks.push_back(TracedTick {
             tick,
-            kept,
+            reads,
             beginnings: None,
         });
         if node.ticks.len() > self.kept {

@@ -3,24 +3,23 @@
 use std::time::Duration;
 
 use ratelab::{MessageId, Time, Topology};
+use smallvec::SmallVec;
 
 use super::{DataWay, Lineage, sensing_of};
 
 /// Maximum number of messages in a chain.
 pub(super) const MOST_HOPS: usize = 64;
 
-/// A stage of an age. Nodes and topics are indices into the topology.
+/// The title of a stage that ends with a newer message.
+const HOLD: &str = "until a newer message on";
+
+/// A stage of an age, with the index of the node or topic that it is due to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum AgeStage {
     /// Before the first known tick: the error of a clock, or an unrecorded part of the chain.
     Before,
     /// From the arrival of a message to the next tick of the node that reads it.
-    Wait {
-        /// The topic.
-        topic: usize,
-        /// The reader.
-        node: usize,
-    },
+    Wait(usize),
     /// From the arrival of a message to that of the message that completes its set.
     Match {
         /// The topic of the other message.
@@ -28,49 +27,20 @@ pub enum AgeStage {
         /// The reader.
         node: usize,
     },
-    /// From the release of a tick to its start, while the executor was busy.
-    Executor {
-        /// The node.
-        node: usize,
-    },
-    /// Behind older messages, in a queue with read order oldest.
-    Queue {
-        /// The topic.
-        topic: usize,
-        /// The reader.
-        node: usize,
-    },
-    /// From the first read of a message to its latest one, without a newer message.
-    Reuse {
-        /// The topic.
-        topic: usize,
-        /// The reader.
-        node: usize,
-    },
-    /// In a tick with a duration.
-    Cost {
-        /// The node.
-        node: usize,
-    },
+    /// From the release of a tick of a node to its start, while the executor was busy.
+    Executor(usize),
+    /// Behind older messages of a topic, in a queue with read order oldest.
+    Queue(usize),
+    /// From the first read of a message of a topic to its latest one, without a newer message.
+    Reuse(usize),
+    /// In a tick of a node with a duration.
+    Cost(usize),
     /// On the link of a topic.
-    Link {
-        /// The topic.
-        topic: usize,
-    },
-    /// In force, without a newer message.
-    Held {
-        /// The topic.
-        topic: usize,
-        /// The node that acts.
-        node: usize,
-    },
+    Link(usize),
+    /// In force, without a newer message of the topic.
+    Held(usize),
     /// In force while a newer message waited for the node that acts.
-    Kept {
-        /// The topic.
-        topic: usize,
-        /// The node that acts.
-        node: usize,
-    },
+    Kept(usize),
 }
 
 impl AgeStage {
@@ -79,20 +49,29 @@ impl AgeStage {
     pub fn owner(self, topology: &Topology) -> &str {
         match self {
             Self::Before => "",
-            Self::Wait { node, .. }
-            | Self::Kept { node, .. }
-            | Self::Executor { node }
-            | Self::Cost { node } => &topology.nodes[node].name,
-            Self::Match { topic, .. }
-            | Self::Queue { topic, .. }
-            | Self::Reuse { topic, .. }
-            | Self::Held { topic, .. }
-            | Self::Link { topic } => &topology.topics[topic].name,
+            Self::Wait(node) | Self::Kept(node) | Self::Executor(node) | Self::Cost(node) => {
+                &topology.nodes[node].name
+            }
+            _ => &topology.topics[self.place()].name,
         }
     }
-}
 
-impl AgeStage {
+    /// The index of that node or topic.
+    pub fn place(self) -> usize {
+        match self {
+            Self::Before => usize::MAX,
+            Self::Wait(place)
+            | Self::Executor(place)
+            | Self::Queue(place)
+            | Self::Reuse(place)
+            | Self::Cost(place)
+            | Self::Link(place)
+            | Self::Held(place)
+            | Self::Kept(place)
+            | Self::Match { topic: place, .. } => place,
+        }
+    }
+
     /// Its name in JSON and tables.
     pub fn key(self) -> &'static str {
         self.names()[0]
@@ -103,17 +82,44 @@ impl AgeStage {
         self.names()[1]
     }
 
-    /// Key and title.
-    fn names(self) -> [&'static str; 2] {
+    /// What the data did meanwhile, in a word: of several stages the same.
+    pub fn word(self) -> &'static str {
+        self.names()[2]
+    }
+
+    /// Its description with `{}` for the owner, to follow a number of milliseconds.
+    pub fn phrase(self) -> &'static str {
+        self.names()[3]
+    }
+
+    /// Key, title, word and phrase.
+    fn names(self) -> [&'static str; 4] {
         match self {
-            Self::Before => ["before", "before what is known"],
-            Self::Wait { .. } | Self::Kept { .. } => ["wait", "waiting for"],
-            Self::Match { .. } => ["match", "waiting for a match on"],
-            Self::Executor { .. } => ["executor", "waiting for the executor of"],
-            Self::Queue { .. } => ["queue", "in the queue of"],
-            Self::Reuse { .. } | Self::Held { .. } => ["hold", "until a newer message on"],
-            Self::Cost { .. } => ["cost", "in"],
-            Self::Link { .. } => ["link", "on"],
+            Self::Before => [
+                "before",
+                "before what is known",
+                "unknown",
+                "before the first tick",
+            ],
+            Self::Wait(_) => ["wait", "waiting for", "waited", "waiting for the {}"],
+            Self::Match { .. } => [
+                "match",
+                "waiting for a match on",
+                "waited",
+                "waiting for {} to match",
+            ],
+            Self::Executor(_) => [
+                "executor",
+                "waiting for the executor of",
+                "waited",
+                "waiting for the executor of the {}",
+            ],
+            Self::Queue(_) => ["queue", "in the queue of", "waited", "in the queue of {}"],
+            Self::Reuse(_) => ["hold", HOLD, "waited", "until {} was read again"],
+            Self::Cost(_) => ["cost", "in", "worked", "in the {}"],
+            Self::Link(_) => ["link", "on", "on links", "on {}"],
+            Self::Held(_) => ["hold", HOLD, "held", "held"],
+            Self::Kept(_) => ["wait", "waiting for", "held", "held"],
         }
     }
 }
@@ -160,46 +166,41 @@ pub fn nanos(duration: Duration) -> i64 {
 
 impl Lineage {
     /// The parts of the age of a message at its delivery, from the sensing on; of its data from the
-    /// node `source` where no path tells the way.
+    /// node `source` where no path tells the way. `None` where not all of its chain is known.
     pub(super) fn parts_at_arrival(
         &self,
         message: MessageId,
         source: Option<usize>,
     ) -> Option<AgeParts> {
-        self.chain(message, source, MOST_HOPS)
-    }
-
-    /// The parts for a chain of at most `hops` messages.
-    fn chain(&self, message: MessageId, source: Option<usize>, hops: usize) -> Option<AgeParts> {
-        let sent = self.head(message)?;
-        let MessageId { topic, .. } = message;
-        // One from outside of the graph was made by no tick.
-        let Some((node, index)) = self.made_by(message) else {
-            if sent.by.is_some() {
-                return None; // What is known of the run begins later.
-            }
-            let before_ns = signed(sent.at) - signed(sensing_of(sent));
-            let mut parts = AgeParts {
-                parts: Vec::new(),
-                before_ns,
-            };
-            parts.add(AgeStage::Link { topic }, sent.at, sent.arrives?);
-            return Some(parts);
+        let steps = self.steps(message, source).take(MOST_HOPS + 1);
+        let steps: SmallVec<[_; 8]> = steps.collect();
+        let mut parts = AgeParts {
+            parts: Vec::with_capacity(4 * steps.len()),
+            before_ns: 0,
         };
-        let began = self.nodes[node].ticks[index].tick.at;
-        let mut parts = match self.behind(message, (node, index), source) {
-            Some(read) => {
-                let mut parts = self.chain(read, source, hops.checked_sub(1)?)?;
-                self.add_reading(&mut parts, read, node, index);
-                parts
+        let mut read = None;
+        let is_whole = steps.len() <= MOST_HOPS;
+        for (message, made) in steps.into_iter().rev().filter(|_| is_whole) {
+            let sent = self.head(message)?;
+            match (made, read) {
+                (Some((node, index)), Some(read)) => {
+                    self.add_reading(&mut parts, read, node, index);
+                }
+                (Some((node, _)), None) if self.may_begin(message, node, source) => {}
+                (None, None) if sent.by.is_none() => {
+                    parts.before_ns = signed(sent.at) - signed(sensing_of(sent));
+                }
+                // No data of this chain came with it yet, or what is known of the run begins later.
+                _ => return None,
             }
-            // No data of this chain came with it yet.
-            None if !self.may_begin(message, node, source) => return None,
-            None => AgeParts::default(),
-        };
-        parts.add(AgeStage::Cost { node }, began, sent.at);
-        parts.add(AgeStage::Link { topic }, sent.at, sent.arrives?);
-        Some(parts)
+            if let Some((node, index)) = made {
+                let began = self.nodes[node].ticks[index].tick.at;
+                parts.add(AgeStage::Cost(node), began, sent.at);
+            }
+            parts.add(AgeStage::Link(message.topic), sent.at, sent.arrives?);
+            read = Some(message);
+        }
+        is_whole.then_some(parts)
     }
 
     /// Whether data may begin with a message that this node published.
@@ -233,20 +234,20 @@ impl Lineage {
             }
             None => {
                 let could = self.first_chance(message, node, first_read);
-                let missing = AgeStage::Wait { topic, node };
+                let missing = AgeStage::Wait(node);
                 (missing, could, self.released(node, could))
             }
         };
         let begins = at(could).max(arrives);
         let ready = ready.clamp(arrives, begins);
         let late = match self.topology.nodes[node].executor {
-            Some(_) => AgeStage::Executor { node },
-            None => AgeStage::Wait { topic, node },
+            Some(_) => AgeStage::Executor(node),
+            None => AgeStage::Wait(node),
         };
         parts.add(missing, arrives, ready);
         parts.add(late, ready, begins);
-        parts.add(AgeStage::Queue { topic, node }, begins, at(first_read));
-        parts.add(AgeStage::Reuse { topic, node }, at(first_read), at(index));
+        parts.add(AgeStage::Queue(topic), begins, at(first_read));
+        parts.add(AgeStage::Reuse(topic), at(first_read), at(index));
     }
 
     /// The topic that a message of this `topic` waited for in the set of a tick: the one whose message

@@ -6,7 +6,7 @@ use ratelab::{MessageId, Time};
 
 use super::{
     Lineage, TracedTick,
-    parts::{AgeParts, AgeStage, MOST_HOPS, signed},
+    parts::{AgePart, AgeParts, AgeStage, MOST_HOPS, signed},
 };
 
 /// An action in force for a stretch of run time.
@@ -32,16 +32,34 @@ pub struct PushInForce {
 impl PushInForce {
     /// The parts of its age at run time `at`.
     pub fn parts(&self, at: Time) -> AgeParts {
+        let mut parts = self.parts.clone();
+        let grown = self.grown(at).into_iter();
+        parts
+            .parts
+            .extend(grown.filter(|part| !part.took.is_zero()));
+        parts
+    }
+
+    /// The parts of its age at its first application.
+    pub fn applied(&self) -> &AgeParts {
+        &self.parts
+    }
+
+    /// What came to its age since then at run time `at`: held, waiting for a match, and for the node.
+    pub fn grown(&self, at: Time) -> [AgePart; 3] {
         let MessageId { topic, .. } = self.message;
         let (node, at) = (self.node, at.max(self.since));
         let [outdated, complete] = self.changes().map(|change| change.min(at));
-        let mut parts = self.parts.clone();
-        parts.add(AgeStage::Held { topic, node }, self.since, outdated);
-        if let Some((topic, _)) = self.matched {
-            parts.add(AgeStage::Match { topic, node }, outdated, complete);
-        }
-        parts.add(AgeStage::Kept { topic, node }, complete, at);
-        parts
+        let other = self.matched.map_or(topic, |(topic, _)| topic);
+        let part = |stage, from: Time, to: Time| AgePart {
+            stage,
+            took: to.since(from),
+        };
+        [
+            part(AgeStage::Held(topic), self.since, outdated),
+            part(AgeStage::Match { topic: other, node }, outdated, complete),
+            part(AgeStage::Kept(node), complete, at),
+        ]
     }
 
     /// The run times at which what it waits for changes, in order: a newer message is there, and the
@@ -71,18 +89,25 @@ impl Lineage {
         self.add_reading(&mut parts, message, node, first);
         let TracedTick { tick, .. } = &ticks[first];
         let since = tick.ends?;
-        parts.add(AgeStage::Cost { node }, tick.at, since);
+        parts.add(AgeStage::Cost(node), tick.at, since);
         // That of another chain through the node is not measured by its pushes.
         if let Some(push) = ticks[index].tick.push.filter(|_| !self.beside) {
             // What is recorded of the chain may begin later.
             parts.before_ns += signed(since) - signed(push.sensed) - parts.sum_ns();
         }
-        let newer = self.topics[message.topic].after(message.seq).take(64);
+        let mut outdated: Option<Time> = None;
+        for newer in self.topics[message.topic].after(message.seq).take(64) {
+            // What is published after the delivery of another one does not come before it.
+            if outdated.is_some_and(|first| first <= newer.at) {
+                break;
+            }
+            outdated = outdated.into_iter().chain(newer.arrives).min();
+        }
         Some(PushInForce {
             message,
             node,
             since,
-            outdated: newer.filter_map(|sent| sent.arrives).min(),
+            outdated,
             matched: self.next_match(message, node, index),
             source,
             parts,
@@ -94,22 +119,15 @@ impl Lineage {
         let MessageId { topic, .. } = message;
         let ticks = &self.nodes[node].ticks;
         let mut later = (index + 1)..ticks.len();
-        match later.find(|later| ticks[*later].read_of(topic) != Some(message)) {
-            Some(next) => {
-                let other = self.waited_for(node, next, topic)?;
-                Some((other, ticks[next].tick.due()))
-            }
-            // Not until now.
-            None => {
-                let known = self.waited_for(node, index, topic)?;
-                let triggers = self.topology.nodes[node].triggers.iter().copied();
-                let other = Some(known).filter(|known| *known != topic);
-                Some((
-                    other.or(triggers.clone().find(|of| *of != topic))?,
-                    Time::MAX,
-                ))
-            }
+        let next = later.find(|later| ticks[*later].read_of(topic) != Some(message));
+        let other = self.waited_for(node, next.unwrap_or(index), topic)?;
+        if let Some(next) = next {
+            return Some((other, ticks[next].tick.due()));
         }
+        // Not until now.
+        let triggers = self.topology.nodes[node].triggers.iter();
+        let mut others = [other].into_iter().chain(triggers.copied());
+        Some((others.find(|other| *other != topic)?, Time::MAX))
     }
 
     /// All pushes of a node with known chains, oldest first.
@@ -127,12 +145,9 @@ impl Lineage {
 
     /// Run time of a node's first known push; zero if there is none.
     pub fn first_push(&self, node: usize) -> Time {
-        let ticks = self.nodes[node].ticks.iter();
-        let mut pushes = ticks.filter(|worked| worked.reads().next().is_some());
-        pushes
-            .next()
-            .and_then(|worked| worked.tick.ends)
-            .unwrap_or_default()
+        let mut ticks = self.nodes[node].ticks.iter();
+        let first = ticks.find(|worked| !worked.reads.is_empty());
+        first.and_then(|first| first.tick.ends).unwrap_or_default()
     }
 
     /// The pushes of a node in force between two run times, newest first, each with the end of
@@ -143,10 +158,13 @@ impl Lineage {
         from: Time,
         to: Time,
     ) -> impl Iterator<Item = (PushInForce, Time)> {
+        let ticks = self.nodes.get(node).map(|node| &node.ticks);
+        let mut ended = ticks.map_or(0, |ticks| ticks.partition_point(|known| known.ends() < to));
         let mut end = to;
         iter::from_fn(move || {
-            let before = (end > from).then(|| end - Time::RESOLUTION)?;
-            let push = self.push_at(node, before)?;
+            let is_over = |place: &usize| ticks.is_some_and(|ticks| ticks[*place].ends() < end);
+            ended = (0..ended).rev().find(is_over).filter(|_| end > from)? + 1;
+            let push = self.push_of(node, ended - 1)?;
             let until = mem::replace(&mut end, push.since);
             Some((push, until))
         })
@@ -177,12 +195,9 @@ impl Lineage {
         let ticks = &self.nodes[push.node].ticks;
         let acts = ticks.partition_point(|worked| worked.ends() < push.since);
         chain.ticks.push((push.node, acts));
-        let mut next = Some(push.message);
-        while let Some(message) = next.filter(|_| chain.messages.len() < MOST_HOPS) {
+        for (message, made) in self.steps(push.message, push.source).take(MOST_HOPS) {
             chain.messages.push(message);
-            let made = self.made_by(message);
             chain.ticks.extend(made);
-            next = made.and_then(|tick| self.behind(message, tick, push.source));
         }
         chain
     }

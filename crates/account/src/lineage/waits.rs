@@ -34,17 +34,22 @@ pub enum WaitsFor {
 impl Lineage {
     /// The waits of a tick before it began: for a match, then for its executor or its thread.
     pub fn waits(&self, node: usize, index: usize) -> Vec<TickWait> {
-        let late = || self.late(node, index);
-        let begins = self.waited(node, index).or_else(late);
-        let matched = self.waited_for_match(node, index);
-        matched.into_iter().chain(begins).collect()
+        let Some(TracedTick { tick, .. }) = self.nodes[node].ticks.get(index) else {
+            return Vec::new();
+        };
+        let (from, to, what) = (tick.due(), tick.at, WaitsFor::Thread);
+        let late = TickWait { from, to, what };
+        let begins = self.waited(node, index).unwrap_or(late);
+        let matched = self.waited_for_match(node, index).into_iter();
+        let waits = matched.chain([begins]);
+        waits.filter(|wait| wait.from < wait.to).collect()
     }
 
     /// The longest wait for a match among the messages of a tick, from the end of the tick
     /// before. `None` if none of them waited.
     fn waited_for_match(&self, node: usize, index: usize) -> Option<TickWait> {
         let ticks = &self.nodes[node].ticks;
-        let reads = ticks.get(index)?.reads();
+        let reads = ticks[index].reads();
         let before = index.checked_sub(1);
         let free = before.map_or(Time::ZERO, |before| ticks[before].ends());
         let to = ticks[index].tick.due();
@@ -57,9 +62,7 @@ impl Lineage {
                 what: WaitsFor::Match(other),
             })
         });
-        waits
-            .filter(|wait| wait.from < wait.to)
-            .min_by_key(|wait| wait.from)
+        waits.min_by_key(|wait| wait.from)
     }
 
     /// The wait of a tick for its executor, with the node that ran the longest meanwhile, or in
@@ -67,7 +70,7 @@ impl Lineage {
     /// group is what it waited for.
     /// `None` if it did not wait, or had a thread of its own.
     fn waited(&self, node: usize, index: usize) -> Option<TickWait> {
-        let to = self.nodes[node].ticks.get(index)?.tick.at;
+        let to = self.nodes[node].ticks[index].tick.at;
         let from = self.released(node, index);
         let late = from.max(to - LOOKED_AT);
         let longest = self
@@ -79,15 +82,7 @@ impl Lineage {
                 (self.excludes(node, *other), *ran, first)
             });
         let what = WaitsFor::Node(longest?.1);
-        (from < to).then_some(TickWait { from, to, what })
-    }
-
-    /// The lateness of a tick.
-    fn late(&self, node: usize, index: usize) -> Option<TickWait> {
-        let tick = &self.nodes[node].ticks.get(index)?.tick;
-        let (from, to) = (tick.due(), tick.at);
-        let what = WaitsFor::Thread;
-        (from < to).then_some(TickWait { from, to, what })
+        Some(TickWait { from, to, what })
     }
 
     /// The other nodes on the threads of a node's executor.

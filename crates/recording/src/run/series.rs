@@ -248,7 +248,7 @@ impl RecordRow for TickRecord {
 }
 
 /// The reads in the list of a tick; `None` if it has a part of one.
-fn reads_in(list: &[u64], tick: u64) -> Option<Vec<TopicRead>> {
+fn reads_in<Reads: FromIterator<TopicRead>>(list: &[u64], tick: u64) -> Option<Reads> {
     let (reads, []) = list.as_chunks::<4>() else {
         return None;
     };

@@ -104,7 +104,7 @@ impl App {
         frame.push = frame.push.is_some().then(|| PushData {
             sentence: covered_parts(),
             reaction: None,
-            mean: Vec::new(),
+            mean: Default::default(),
         });
         for node in &mut frame.nodes {
             node.health = Health::Works;

@@ -10,11 +10,11 @@ mod rules;
 mod trial;
 
 use ratelab::{Knob, KnobKind, Time, TimedKnob};
-use ratelab_account::{LATELY, Lineage, Snapshot};
+use ratelab_account::{AgeStage, LATELY, Lineage, Snapshot};
 use ratelab_study::system::{Alias, Setup, System, acting, names};
 
 pub use hang::Hang;
-pub use rules::{AgeReason, Owner};
+pub use rules::AgeOwner;
 pub use trial::{CureTrials, Trial, Tried};
 
 use super::{
@@ -96,10 +96,10 @@ impl Facts<'_> {
             return vec![parts.join(": ") + self.another()];
         }
         let needed = needed.unwrap_or_default().iter();
-        let needed: Vec<Owner> = needed.map(|index| causes[*index].0).collect();
+        let needed: Vec<AgeOwner> = needed.map(|index| causes[*index].0).collect();
         let mut owners = self.main_owners(acts);
         // Of what may be wrong with a plan only that counts without which it is mended.
-        if !needed.is_empty() && owners.iter().any(|owner| owner.reason.is_of_plans()) {
+        if !needed.is_empty() && owners.iter().any(|owner| owner.is_of_plans()) {
             owners.retain(|owner| needed.contains(owner));
         }
         let mut lines = lines(&owners, &needed, |owner| {
@@ -116,7 +116,7 @@ impl Facts<'_> {
 
     /// The owners of the age with a knob that takes their part away, the most important
     /// first, and then what spoils a run at any age.
-    fn causes(&self, acts: usize) -> Vec<(Owner, Knob)> {
+    fn causes(&self, acts: usize) -> Vec<(AgeOwner, Knob)> {
         let mut owners = self.main_owners(acts);
         let most = owners.len().max(MOST_CAUSES);
         if self.fresh().is_none() {
@@ -124,7 +124,7 @@ impl Facts<'_> {
             owners.extend(others);
         }
         owners.extend(self.spoiled());
-        let mut causes: Vec<(Owner, Knob)> = Vec::new();
+        let mut causes: Vec<(AgeOwner, Knob)> = Vec::new();
         for owner in owners {
             let cure = self.cure(owner).filter(|cure| !self.was_turned(cure));
             if let Some(cure) = cure.filter(|cure| causes.iter().all(|(_, known)| known != cure)) {
@@ -137,7 +137,7 @@ impl Facts<'_> {
 
     /// Those that plan badly, or else the owner of the largest part of an age; for a slow node,
     /// also the nodes that are equally slow.
-    fn main_owners(&self, acts: usize) -> Vec<Owner> {
+    fn main_owners(&self, acts: usize) -> Vec<AgeOwner> {
         let planners = self.planners();
         if !planners.is_empty() || self.fresh().is_some() {
             return planners;
@@ -148,13 +148,13 @@ impl Facts<'_> {
             path.push(acts);
             return self.unreached(&path);
         };
-        if first.reason != AgeReason::Rate {
+        let AgeOwner::Rate(slowest) = first else {
             return vec![first];
-        }
-        let slow = self.pace(first.place).mul_f64(AS_SLOW);
+        };
+        let slow = self.pace(slowest).mul_f64(AS_SLOW);
         let path = before(self.lineage, acts).into_iter();
         let slow = path.filter(|node| self.pace(*node) >= slow);
-        let mut slow: Vec<Owner> = slow.map(|node| AgeReason::Rate.at(node)).collect();
+        let mut slow: Vec<AgeOwner> = slow.map(AgeOwner::Rate).collect();
         if !slow.contains(&first) {
             slow.insert(0, first);
         }
@@ -214,11 +214,10 @@ impl Facts<'_> {
     }
 
     /// The symptom at the queue of a slow node.
-    fn symptom(&self, owner: Owner) -> Option<String> {
-        let node = owner.place;
-        if !matches!(owner.reason, AgeReason::Rate | AgeReason::Cost) {
+    fn symptom(&self, owner: AgeOwner) -> Option<String> {
+        let (AgeOwner::Rate(node) | AgeOwner::Stage(AgeStage::Cost(node))) = owner else {
             return None;
-        }
+        };
         let mut topics = self.graph.topics.iter();
         let input = topics.find(|topic| topic.readers.iter().any(|r| r.node == node))?;
         let input_period = input.publishers.iter();
@@ -235,9 +234,13 @@ impl Facts<'_> {
 }
 
 /// A line for each main owner, and for each other cause without which it is not mended.
-fn lines(owners: &[Owner], needed: &[Owner], blame: impl Fn(Owner) -> String) -> Vec<String> {
+fn lines(
+    owners: &[AgeOwner],
+    needed: &[AgeOwner],
+    blame: impl Fn(AgeOwner) -> String,
+) -> Vec<String> {
     let others = needed.iter().filter(|owner| !owners.contains(owner));
-    let line = |(number, owner): (usize, &Owner)| {
+    let line = |(number, owner): (usize, &AgeOwner)| {
         let line = blame(*owner);
         match line.strip_prefix("the age arose") {
             Some(rest) if number > 0 && !owners.contains(owner) => format!("and{rest}"),

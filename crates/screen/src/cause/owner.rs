@@ -6,13 +6,13 @@ use ratelab::{Head, Knob, KnobKind, Time, TimedKnob};
 use ratelab_account::{AgeStage, NodeAccount, TracedTick};
 use ratelab_study::experiment::mean_parts;
 
-use super::{AgeReason, Facts, Hang, Owner};
+use super::{AgeOwner, Facts, Hang};
 use crate::figures::mean;
 
 impl Facts<'_> {
     /// The owners of the push age of `node`, each with its mean part, the largest first.
-    pub fn owners(&self, node: usize) -> Vec<(Owner, Duration)> {
-        let mut owners: Vec<(Owner, f64)> = Vec::new();
+    pub fn owners(&self, node: usize) -> Vec<(AgeOwner, Duration)> {
+        let mut owners: Vec<(AgeOwner, f64)> = Vec::new();
         for (stage, ns) in mean_parts(self.lineage, node, self.late.0, self.late.1) {
             let Some(owner) = self.owner(stage, ns) else {
                 continue;
@@ -31,71 +31,71 @@ impl Facts<'_> {
     }
 
     /// The owner of a part; `None` where it is unknown.
-    fn owner(&self, stage: AgeStage, ns: f64) -> Option<Owner> {
+    fn owner(&self, stage: AgeStage, ns: f64) -> Option<AgeOwner> {
         Some(match stage {
             AgeStage::Before => return None,
-            AgeStage::Match { topic, node } => AgeReason::Match(node).at(topic),
-            AgeStage::Cost { node } => self.long(node),
-            AgeStage::Link { topic } => AgeReason::Link.at(topic),
-            AgeStage::Executor { node } => self.late(node),
-            AgeStage::Queue { topic, .. } => AgeReason::Order.at(topic),
-            AgeStage::Wait { node, .. } | AgeStage::Kept { node, .. } => self.slow(node, true),
-            AgeStage::Reuse { topic, .. } | AgeStage::Held { topic, .. } => self.silent(topic, ns),
+            AgeStage::Match { .. } | AgeStage::Link(_) | AgeStage::Queue(_) => {
+                AgeOwner::Stage(stage)
+            }
+            AgeStage::Cost(node) => self.long(node),
+            AgeStage::Executor(node) => self.late(node),
+            AgeStage::Wait(node) | AgeStage::Kept(node) => self.slow(node, true),
+            AgeStage::Reuse(topic) | AgeStage::Held(topic) => self.silent(topic, ns),
         })
     }
 
     /// The owner of a mean gap of `ns` nanoseconds without a newer message on a topic.
-    fn silent(&self, topic: usize, ns: f64) -> Owner {
+    fn silent(&self, topic: usize, ns: f64) -> AgeOwner {
         let publishers = &self.graph.topics[topic].publishers;
         let Some(&node) = publishers.first() else {
-            return AgeReason::Link.at(topic);
+            return AgeOwner::Stage(AgeStage::Link(topic));
         };
         let sent: Vec<&Head> = self.recent(topic).collect();
         let every = self.time().as_nanos() as f64 / sent.len().max(1) as f64;
         if self.graph.nodes[node].crashed {
-            AgeReason::Crash.at(node)
+            AgeOwner::Crash(node)
         } else if self.has_link(topic) && ns > every {
-            AgeReason::Link.at(topic)
+            AgeOwner::Stage(AgeStage::Link(topic))
         } else {
             self.slow(node, false)
         }
     }
 
     /// The owner of the low tick rate of a node; `waiting` if a message is in its queue.
-    fn slow(&self, node: usize, waiting: bool) -> Owner {
+    fn slow(&self, node: usize, waiting: bool) -> AgeOwner {
         let view = &self.graph.nodes[node];
         let (busy, late) = (self.busy(node), self.lateness(node));
         let shifted = |knob: &&Knob| matches!(knob, Knob::Offset { .. });
         let wrong = |knob: &&Knob| matches!(knob, Knob::Clock { node, .. } if **node == *view.name);
         if view.crashed {
-            AgeReason::Crash.at(node)
+            AgeOwner::Crash(node)
         } else if busy * 2 > self.time() {
             self.long(node)
         } else if late * 2 > view.hz.period() {
             self.late(node)
         } else if self.setup.iter().any(|knob| wrong(&knob)) {
-            AgeReason::Clock.at(node)
+            AgeOwner::Clock(node)
         } else if let Some(knob) = self.setup.iter().find(shifted).filter(|_| waiting) {
             let named = |view: &NodeAccount| *knob.target() == *view.name;
-            AgeReason::Phase.at(self.graph.nodes.iter().position(named).unwrap_or(node))
+            AgeOwner::Phase(self.graph.nodes.iter().position(named).unwrap_or(node))
         } else {
-            AgeReason::Rate.at(node)
+            AgeOwner::Rate(node)
         }
     }
 
     /// The owner of the late ticks of a node.
-    fn late(&self, node: usize) -> Owner {
+    fn late(&self, node: usize) -> AgeOwner {
         match self.graph.nodes[node].executor {
-            Some(_) => AgeReason::Executor.at(node),
-            None => AgeReason::Late.at(node),
+            Some(_) => AgeOwner::Stage(AgeStage::Executor(node)),
+            None => AgeOwner::Late(node),
         }
     }
 
     /// The owner of the long ticks of a node.
-    fn long(&self, node: usize) -> Owner {
+    fn long(&self, node: usize) -> AgeOwner {
         match self.hang(node) {
-            Some(hung) if hung * 2 > self.busy(node).min(self.time()) => AgeReason::Hang.at(node),
-            _ => AgeReason::Cost.at(node),
+            Some(hung) if hung * 2 > self.busy(node).min(self.time()) => AgeOwner::Hang(node),
+            _ => AgeOwner::Stage(AgeStage::Cost(node)),
         }
     }
 
@@ -112,11 +112,11 @@ impl Facts<'_> {
 
     /// Why nothing came through, from the sensing on: the nodes and topics of `path` that
     /// stand in the way.
-    pub fn unreached(&self, path: &[usize]) -> Vec<Owner> {
+    pub fn unreached(&self, path: &[usize]) -> Vec<AgeOwner> {
         let nodes = path.iter().filter_map(|node| {
             let view = &self.graph.nodes[*node];
             match (view.crashed, view.busy) {
-                (true, _) => Some(AgeReason::Crash.at(*node)),
+                (true, _) => Some(AgeOwner::Crash(*node)),
                 (false, true) => Some(self.long(*node)),
                 (false, false) => None,
             }
@@ -127,7 +127,7 @@ impl Facts<'_> {
             of_path && view.published > 0 && view.lost + view.in_flight() == view.published
         });
         nodes
-            .chain(topics.map(|topic| AgeReason::Link.at(topic)))
+            .chain(topics.map(|topic| AgeOwner::Stage(AgeStage::Link(topic))))
             .collect()
     }
 

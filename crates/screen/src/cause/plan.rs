@@ -2,11 +2,11 @@
 
 use ratelab_study::system::Spoiler;
 
-use super::{AgeReason, Facts, Owner};
+use super::{AgeOwner, Facts};
 
 impl Facts<'_> {
     /// What may be wrong with the plans and their playing; nothing without plans.
-    pub(super) fn planners(&self) -> Vec<Owner> {
+    pub(super) fn planners(&self) -> Vec<AgeOwner> {
         let Some((plan, planning)) = self.plan.zip(self.system.about().planning) else {
             return Vec::new();
         };
@@ -19,18 +19,18 @@ impl Facts<'_> {
         }
         let stalls = plan.stalled.is_some_and(|at| self.late.0 < at);
         let stall = publisher(planning.steps).filter(|_| stalls);
-        let misses = plan.missed.map(|_| AgeReason::Delay.at(plans));
-        let stall = stall.map(|node| AgeReason::Stall.at(node)).into_iter();
+        let misses = plan.missed.map(|_| AgeOwner::Delay(plans));
+        let stall = stall.map(AgeOwner::Stall).into_iter();
         stall.chain(self.spoiled()).chain(misses).collect()
     }
 
     /// The parameters in force that may spoil the run.
-    pub(super) fn spoiled(&self) -> Vec<Owner> {
+    pub(super) fn spoiled(&self) -> Vec<AgeOwner> {
         let spoilers = self.system.about().spoilers.iter().enumerate();
         let wrong = spoilers.filter(|(_, spoiler)| self.value(spoiler) != spoiler.sound);
-        let owner = |(index, spoiler): (usize, &Spoiler)| {
+        let owner = |(number, spoiler): (usize, &Spoiler)| {
             let node = self.lineage.topology().node(spoiler.node)?;
-            Some(AgeReason::Spoiler(index).at(node))
+            Some(AgeOwner::Spoiler { node, number })
         };
         wrong.filter_map(owner).collect()
     }

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use ratelab::{Hz, Knob, KnobKind};
+use ratelab_account::AgeStage;
 use ratelab_effects::takes_time;
 use ratelab_study::system::{Spoiler, System, acting};
 
@@ -15,119 +16,111 @@ const RATE_KEYS: [char; 2] = [']', '}'];
 /// Recent messages of a link from which on a share of them is told.
 const ENOUGH: usize = 100;
 
-/// Why an age arose.
+/// What an age is due to, with the index of the node or topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AgeReason {
+pub enum AgeOwner {
+    /// What makes data old at a stage by itself: long ticks, an executor, a link, a queue that is read
+    /// from its old end, messages that come late for those that they match.
+    Stage(AgeStage),
     /// A node has too low a rate.
-    Rate,
-    /// A node has long ticks.
-    Cost,
+    Rate(usize),
     /// A node hung in one tick.
-    Hang,
+    Hang(usize),
     /// A node ticks late.
-    Late,
-    /// A node waits for its executor.
-    Executor,
+    Late(usize),
     /// A node crashed.
-    Crash,
+    Crash(usize),
     /// A node has a clock error.
-    Clock,
+    Clock(usize),
     /// A node has a phase shift against the others.
-    Phase,
-    /// A link delays or loses messages.
-    Link,
-    /// A queue is read from its old end.
-    Order,
-    /// Messages of a topic come late for those that they match, and that this node has.
-    Match(usize),
+    Phase(usize),
     /// A node has no action to play: its plan was over before the next came.
-    Stall,
+    Stall(usize),
     /// Plans came after another delay than a node had expected.
-    Delay,
-    /// A parameter of a node, by its place in the list of the system.
-    Spoiler(usize),
-}
-
-/// The owner of an age: a reason and its place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Owner {
-    /// The reason.
-    pub reason: AgeReason,
-    /// The index of the node or of the topic.
-    pub place: usize,
+    Delay(usize),
+    /// A parameter of a node.
+    Spoiler {
+        /// The node.
+        node: usize,
+        /// The place of the parameter in the list of the system.
+        number: usize,
+    },
 }
 
 /// The knob that takes a reason away, with `{}` for the name of its place, and how the age
 /// arose.
-type CauseRule = (Option<&'static str>, fn(&Facts<'_>, Owner) -> String);
+type CauseRule = (Option<&'static str>, fn(&Facts<'_>, AgeOwner) -> String);
 
-impl AgeReason {
-    /// The owner for this reason at a node or a topic.
-    pub fn at(self, place: usize) -> Owner {
-        Owner {
-            reason: self,
-            place,
+impl AgeOwner {
+    /// The index of its node, or of its topic.
+    pub(super) fn place(self) -> usize {
+        match self {
+            Self::Stage(stage) => stage.place(),
+            Self::Rate(node)
+            | Self::Hang(node)
+            | Self::Late(node)
+            | Self::Crash(node)
+            | Self::Clock(node)
+            | Self::Phase(node)
+            | Self::Stall(node)
+            | Self::Delay(node)
+            | Self::Spoiler { node, .. } => node,
         }
-    }
-
-    /// Whether its place is a topic.
-    fn is_of_topic(self) -> bool {
-        matches!(self, Self::Link | Self::Order | Self::Match(_))
     }
 
     /// Whether plans may be wrong for it, which a trial alone can tell.
     pub(super) fn is_of_plans(self) -> bool {
-        matches!(self, Self::Stall | Self::Delay | Self::Spoiler(_))
+        matches!(self, Self::Stall(_) | Self::Delay(_) | Self::Spoiler { .. })
     }
 
     fn rule(self) -> CauseRule {
         match self {
-            Self::Rate => (None, slow_pace),
-            Self::Cost => (Some("takes {} none"), long_ticks),
-            Self::Hang => (Some("hang {} 0"), |facts, of| {
-                let (name, took) = (facts.name(of), facts.hang(of.place).unwrap_or_default());
+            Self::Rate(_) => (None, slow_pace),
+            Self::Stage(AgeStage::Cost(_)) => (Some("takes {} none"), long_ticks),
+            Self::Hang(_) => (Some("hang {} 0"), |facts, of| {
+                let (name, took) = (facts.name(of), facts.hang(of.place()).unwrap_or_default());
                 let took = ms(took);
                 format!("the age arose in the {name}: it hung, one tick took {took}")
             }),
-            Self::Late => (Some("wakes {} none"), |facts, of| {
+            Self::Late(_) => (Some("wakes {} none"), |facts, of| {
                 format!("the age arose in the {}: it wakes late", facts.name(of))
             }),
-            Self::Executor => (None, busy_executor),
-            Self::Crash => (Some("restart {}"), end_of_messages),
-            Self::Clock => (Some("clock {} 0 0"), |facts, of| {
-                let (name, every) = (facts.name(of), ms(facts.interval(of.place)));
+            Self::Stage(AgeStage::Executor(_)) => (None, busy_executor),
+            Self::Crash(_) => (Some("restart {}"), end_of_messages),
+            Self::Clock(_) => (Some("clock {} 0 0"), |facts, of| {
+                let (name, every) = (facts.name(of), ms(facts.interval(of.place())));
                 format!("the age arose in the {name}: by its wrong clock it ticks every {every}")
             }),
-            Self::Phase => (Some("offset {} 0"), |_, _| {
+            Self::Phase(_) => (Some("offset {} 0"), |_, _| {
                 "the age arose as messages wait for ticks".to_owned()
             }),
-            Self::Link => (Some("link {} none"), slow_link),
-            Self::Order => (Some("read {} newest"), |facts, of| {
-                let (name, depth) = (facts.name(of), facts.graph.topics[of.place].depth);
+            Self::Stage(AgeStage::Link(_)) => (Some("link {} none"), slow_link),
+            Self::Stage(AgeStage::Queue(_)) => (Some("read {} newest"), |facts, of| {
+                let (name, depth) = (facts.name(of), facts.graph.topics[of.place()].depth);
                 format!(
                     "the age arose in the queue of {name}: it is read from the old end, {depth} \
                      deep"
                 )
             }),
-            Self::Match(_) => (None, late_match),
-            Self::Stall => (None, no_action),
-            Self::Delay => (None, |facts, of| {
+            Self::Stage(_) => (None, late_match),
+            Self::Stall(_) => (None, no_action),
+            Self::Delay(_) => (None, |facts, of| {
                 let missed = facts.plan.and_then(|plan| plan.missed).unwrap_or_default();
                 let (name, [expected, delay]) = (facts.name(of), missed.map(ms));
                 format!(
                     "the {name} predicts wrongly: it expected a delay of {expected}, not {delay}"
                 )
             }),
-            Self::Spoiler(_) => (None, |facts, of| {
-                let spoiler = facts.spoiler(of.reason);
+            Self::Spoiler { .. } => (None, |facts, of| {
+                let spoiler = facts.spoiler(of);
                 spoiler.map_or_else(String::new, |it| it.told.replace("{}", facts.value(it)))
             }),
         }
     }
 }
 
-fn slow_pace(facts: &Facts<'_>, owner: Owner) -> String {
-    let (name, node) = (facts.name(owner), owner.place);
+fn slow_pace(facts: &Facts<'_>, owner: AgeOwner) -> String {
+    let (name, node) = (facts.name(owner), owner.place());
     let (period, changed) = (
         facts.graph.nodes[node].hz.period(),
         facts.rate_changed(node),
@@ -162,19 +155,19 @@ fn slow_pace(facts: &Facts<'_>, owner: Owner) -> String {
     format!("the age arose {arose}{since}")
 }
 
-fn long_ticks(facts: &Facts<'_>, owner: Owner) -> String {
-    let (name, every) = (facts.name(owner), ms(facts.interval(owner.place)));
+fn long_ticks(facts: &Facts<'_>, owner: AgeOwner) -> String {
+    let (name, every) = (facts.name(owner), ms(facts.interval(owner.place())));
     let time = facts.time().as_secs_f64();
-    let busy = (facts.busy(owner.place).as_secs_f64() / time * 100.0).min(100.0);
+    let busy = (facts.busy(owner.place()).as_secs_f64() / time * 100.0).min(100.0);
     format!(
         "the age arose in the {name}: its ticks take {busy:.0} % of the time and come every \
          {every}"
     )
 }
 
-fn busy_executor(facts: &Facts<'_>, of: Owner) -> String {
+fn busy_executor(facts: &Facts<'_>, of: AgeOwner) -> String {
     let (name, share) = (facts.name(of), facts.share(of));
-    let executor = facts.graph.nodes[of.place].executor.as_ref();
+    let executor = facts.graph.nodes[of.place()].executor.as_ref();
     let executor = executor.map(ToString::to_string).unwrap_or_default();
     format!(
         "the age arose as the {name} waits for its executor {executor}{share}: quicker nodes in it \
@@ -182,9 +175,9 @@ fn busy_executor(facts: &Facts<'_>, of: Owner) -> String {
     )
 }
 
-fn late_match(facts: &Facts<'_>, of: Owner) -> String {
-    let waits = match of.reason {
-        AgeReason::Match(node) => &*facts.graph.nodes[node].name,
+fn late_match(facts: &Facts<'_>, of: AgeOwner) -> String {
+    let waits = match of {
+        AgeOwner::Stage(AgeStage::Match { node, .. }) => &*facts.graph.nodes[node].name,
         _ => "",
     };
     let (other, share) = (facts.name(of), facts.share(of));
@@ -195,7 +188,7 @@ fn late_match(facts: &Facts<'_>, of: Owner) -> String {
 }
 
 /// Stalls, and how long the plans are.
-fn no_action(facts: &Facts<'_>, of: Owner) -> String {
+fn no_action(facts: &Facts<'_>, of: AgeOwner) -> String {
     let (name, plan) = (facts.name(of), facts.plan);
     let [actions, needed] = plan.map_or([0; 2], |plan| [plan.actions.len(), plan.needed]);
     format!(
@@ -205,20 +198,20 @@ fn no_action(facts: &Facts<'_>, of: Owner) -> String {
 }
 
 /// A crash, before the first message or after it.
-fn end_of_messages(facts: &Facts<'_>, owner: Owner) -> String {
+fn end_of_messages(facts: &Facts<'_>, owner: AgeOwner) -> String {
     let name = facts.name(owner);
     let mut topics = facts.graph.topics.iter();
-    let sent = topics.any(|topic| topic.publishers.contains(&owner.place) && topic.published > 0);
+    let sent = topics.any(|topic| topic.publishers.contains(&owner.place()) && topic.published > 0);
     match sent {
         true => format!("the {name} crashed: its last message stays in use"),
         false => format!("the {name} crashed before its first message"),
     }
 }
 
-fn slow_link(facts: &Facts<'_>, owner: Owner) -> String {
-    let (name, delay) = (facts.name(owner), facts.delay(owner.place));
+fn slow_link(facts: &Facts<'_>, owner: AgeOwner) -> String {
+    let (name, delay) = (facts.name(owner), facts.delay(owner.place()));
     let takes = format!("takes {}", ms(delay));
-    let what = match (losses(facts.lost(owner.place)), delay.is_zero()) {
+    let what = match (losses(facts.lost(owner.place())), delay.is_zero()) {
         (Some(loses), true) => loses,
         (Some(loses), false) => format!("{takes} and {loses}"),
         (None, _) => takes,
@@ -228,33 +221,33 @@ fn slow_link(facts: &Facts<'_>, owner: Owner) -> String {
 
 impl Facts<'_> {
     /// The name of the node or the topic of `owner`.
-    pub(super) fn name(&self, owner: Owner) -> &str {
-        match owner.reason.is_of_topic() {
-            true => &self.graph.topics[owner.place].name,
-            false => &self.graph.nodes[owner.place].name,
+    pub(super) fn name(&self, owner: AgeOwner) -> &str {
+        match owner {
+            AgeOwner::Stage(stage) => stage.owner(self.lineage.topology()),
+            _ => &self.graph.nodes[owner.place()].name,
         }
     }
 
     /// The knob that takes the part of `owner` away; `None` where there is none.
-    pub(super) fn cure(&self, owner: Owner) -> Option<Knob> {
+    pub(super) fn cure(&self, owner: AgeOwner) -> Option<Knob> {
         let name = self.name(owner);
-        let (remedy, _) = owner.reason.rule();
+        let (remedy, _) = owner.rule();
         let remedy = remedy.and_then(|knob| knob.replace("{}", name).parse().ok());
-        match owner.reason {
-            AgeReason::Rate => self.usual_rate(name).or_else(|| self.twice_the_rate(owner)),
-            AgeReason::Stall => Some((self.system.about().planning?.longer)(self.plan?.needed)),
-            AgeReason::Delay => {
+        match owner {
+            AgeOwner::Rate(_) => self.usual_rate(name).or_else(|| self.twice_the_rate(owner)),
+            AgeOwner::Stall(_) => Some((self.system.about().planning?.longer)(self.plan?.needed)),
+            AgeOwner::Delay(_) => {
                 let cure = (self.system.about().planning?.expecting)(self.plan?.delay);
                 Some(cure).filter(|cure| self.setup.iter().all(|knob| knob != cure))
             }
-            AgeReason::Spoiler(_) => {
-                let Spoiler { name, sound, .. } = self.spoiler(owner.reason)?;
+            AgeOwner::Spoiler { .. } => {
+                let Spoiler { name, sound, .. } = self.spoiler(owner)?;
                 format!("set {} {name} {sound}", self.name(owner))
                     .parse()
                     .ok()
             }
             // Without a knob ticks take the time that they need.
-            AgeReason::Cost => remedy.filter(|cure| {
+            AgeOwner::Stage(AgeStage::Cost(_)) => remedy.filter(|cure| {
                 let mut knobs = self.setup.iter();
                 let is_set = knobs.any(|knob| knob.target() == name && takes_time(knob));
                 is_set || self.was_turned(cure)
@@ -263,9 +256,9 @@ impl Facts<'_> {
         }
     }
 
-    fn spoiler(&self, reason: AgeReason) -> Option<&'static Spoiler> {
-        match reason {
-            AgeReason::Spoiler(index) => self.system.about().spoilers.get(index),
+    fn spoiler(&self, owner: AgeOwner) -> Option<&'static Spoiler> {
+        match owner {
+            AgeOwner::Spoiler { number, .. } => self.system.about().spoilers.get(number),
             _ => None,
         }
     }
@@ -280,8 +273,8 @@ impl Facts<'_> {
     }
 
     /// Twice the rate of the node of `owner`, if no key raises it and there is time for that.
-    fn twice_the_rate(&self, owner: Owner) -> Option<Knob> {
-        let (node, view) = (owner.place, &self.graph.nodes[owner.place]);
+    fn twice_the_rate(&self, owner: AgeOwner) -> Option<Knob> {
+        let (node, view) = (owner.place(), &self.graph.nodes[owner.place()]);
         let is_timed = view.triggers.is_empty();
         let (_, key) = rate_setting(self.system, &view.name);
         let hz = Hz::new(view.hz.get() * 2.0).ok()?;
@@ -300,14 +293,14 @@ impl Facts<'_> {
     /// that were `tried`.
     pub(super) fn blame(
         &self,
-        owner: Owner,
+        owner: AgeOwner,
         tried: Option<&Tried>,
         place: Option<usize>,
     ) -> String {
-        let (_, told) = owner.reason.rule();
+        let (_, told) = owner.rule();
         let arose = told(self, owner);
-        let advice = match (owner.reason, self.cure(owner)) {
-            (AgeReason::Rate, cure) => match self.faster(owner, cure, tried, place) {
+        let advice = match (owner, self.cure(owner)) {
+            (AgeOwner::Rate(_), cure) => match self.faster(owner, cure, tried, place) {
                 Some(advice) => advice,
                 None => return arose,
             },
@@ -316,7 +309,7 @@ impl Facts<'_> {
                 false => format!("{cure} is in force now"),
             },
             (_, Some(cure)) => effect(&self.typed(&cure), tried, place),
-            (AgeReason::Cost, None) => "try a faster one".to_owned(),
+            (AgeOwner::Stage(AgeStage::Cost(_)), None) => "try a faster one".to_owned(),
             (_, None) => return arose,
         };
         format!("{arose}. {advice}")
@@ -332,7 +325,7 @@ impl Facts<'_> {
     /// for a node without a rate of its own.
     fn faster(
         &self,
-        owner: Owner,
+        owner: AgeOwner,
         cure: Option<Knob>,
         tried: Option<&Tried>,
         place: Option<usize>,
@@ -342,9 +335,9 @@ impl Facts<'_> {
         let turned = self.turned();
         let mut turned = turned.iter();
         let raised = turned.any(|knob| knob.kind() == KnobKind::Rate && knob.target() == name)
-            && self.pace(owner.place) > self.graph.nodes[owner.place].hz.period();
+            && self.pace(owner.place()) > self.graph.nodes[owner.place()].hz.period();
         Some(match (key, cure) {
-            _ if !self.has_time(owner.place) => {
+            _ if !self.has_time(owner.place()) => {
                 "There is no time for a higher rate: lower the load first".to_owned()
             }
             _ if raised && self.lost => format!("{setting} was raised too late"),
@@ -366,7 +359,7 @@ impl Facts<'_> {
     }
 
     /// The share of `owner` in the age, in parentheses.
-    fn share(&self, owner: Owner) -> String {
+    fn share(&self, owner: AgeOwner) -> String {
         let owners = acting(self.system, self.lineage.topology()).map(|acts| self.owners(acts));
         let owners = owners.unwrap_or_default();
         let all: Duration = owners.iter().map(|(_, took)| *took).sum();

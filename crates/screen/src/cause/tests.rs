@@ -42,7 +42,7 @@ own; link /action loss:0.9 | Link /action
 own; link /obs loss:0.92 | Link /obs
 own; link /obs burst:0.05,30 | Link /obs
 own; link /action loss:0.3,reliable:150 | Link /action
-rate policy 45; read /obs oldest; depth /obs 10 | Order /obs
+rate policy 45; read /obs oldest; depth /obs 10 | Queue /obs
 own; rate policy 10; clock policy 0 -500000 | Clock policy
 own; 1.0 crash policy | Crash policy
 own; 1.0 crash sensor | Crash sensor
@@ -76,7 +76,12 @@ fn cause(graph: &Snapshot, lineage: &Lineage, setup: &Setup) -> (Vec<String>, Ve
         let acts = acting(facts.system, lineage.topology());
         let acts = acts.filter(|_| facts.system.lost_anyway(setup).is_none());
         let owners = acts.map(|acts| facts.main_owners(acts)).unwrap_or_default();
-        let name = |owner: Owner| format!("{:?} {}", owner.reason, facts.name(owner));
+        let name = |owner: AgeOwner| {
+            let text = format!("{owner:?}");
+            let names = text.split('(').map(|name| name.trim_end_matches(')'));
+            let kind = names.rev().find(|name| name.parse::<usize>().is_err());
+            format!("{} {}", kind.expect("a name"), facts.name(owner))
+        };
         (facts.cause(None), owners.into_iter().map(name).collect())
     })
 }
@@ -185,26 +190,26 @@ fn age(
     })
 }
 
-/// The knobs that bring a reason about.
-const CAUSED_BY: [(AgeReason, &[KnobKind]); 9] = [
-    (AgeReason::Rate, &[KnobKind::Rate]),
-    (AgeReason::Cost, &[KnobKind::Takes]),
-    (AgeReason::Hang, &[KnobKind::Hang]),
-    (AgeReason::Late, &[KnobKind::Wakes]),
-    (AgeReason::Crash, &[KnobKind::Crash]),
-    (AgeReason::Clock, &[KnobKind::Clock]),
-    (AgeReason::Phase, &[KnobKind::Offset]),
+/// The knobs that bring an owner about.
+const CAUSED_BY: [(&str, &[KnobKind]); 9] = [
+    ("Rate", &[KnobKind::Rate]),
+    ("Cost", &[KnobKind::Takes]),
+    ("Hang", &[KnobKind::Hang]),
+    ("Late", &[KnobKind::Wakes]),
+    ("Crash", &[KnobKind::Crash]),
+    ("Clock", &[KnobKind::Clock]),
+    ("Phase", &[KnobKind::Offset]),
     (
-        AgeReason::Link,
+        "Link",
         &[KnobKind::Link, KnobKind::Lose, KnobKind::Postpone],
     ),
-    (AgeReason::Order, &[KnobKind::Read]),
+    ("Queue", &[KnobKind::Read]),
 ];
 
 /// Whether one of the `named` owners is what `knob` brings about.
 fn is_named(named: &[String], knob: &Knob) -> bool {
-    CAUSED_BY.iter().any(|(reason, kinds)| {
-        let name = format!("{reason:?} {}", knob.target());
+    CAUSED_BY.iter().any(|(owner, kinds)| {
+        let name = format!("{owner} {}", knob.target());
         kinds.contains(&knob.kind()) && named.contains(&name)
     })
 }
@@ -288,11 +293,13 @@ fn overrunning() -> (Snapshot, Lineage) {
     let [observations, actions] = [0, 1];
     let by = |node, number| Some(TickId { node, number });
     let read = |topic, seq| TickCauses {
-        reads: vec![TopicRead {
+        reads: [TopicRead {
             message: MessageId { topic, seq },
             reader: 0,
             newest: seq,
-        }],
+        }]
+        .into_iter()
+        .collect(),
         completed: None,
     };
     for number in 0..150 {

@@ -11,7 +11,7 @@ use ratelab_study::{
 
 use super::standing::RunMoment;
 use crate::{
-    age::{PartKind, PushData, PushSentence},
+    age::{PARTS, PushData, PushSentence, UNKNOWN},
     cause::Facts,
     flights::dots,
     frame::{NodeData, Quantiles, TopicData},
@@ -31,22 +31,19 @@ impl RunMoment<'_> {
         let acts = acting(self.facts.system, lineage.topology())?;
         let parts = lineage.push_at(acts, graph.now)?.parts(graph.now);
         let stages = mean_parts(lineage, acts, from, to);
-        let mut mean = PartKind::ALL.map(|kind| {
-            let of_kind = stages
-                .iter()
-                .filter(|(stage, _)| PartKind::of(*stage) == kind);
-            let ns: f64 = of_kind.map(|(_, ns)| ns).sum();
-            (kind, Duration::from_nanos(ns as u64))
+        let mut mean = PARTS.map(|[_, word]| {
+            let stages = stages.iter().filter(|(stage, _)| stage.word() == word);
+            Duration::from_nanos(stages.map(|(_, ns)| ns).sum::<f64>() as u64)
         });
-        let known: Duration = mean.iter().map(|(_, took)| *took).sum();
+        let known: Duration = mean.iter().sum();
         let age = self.facts.age.map_or(Duration::ZERO, |age| age.mean);
-        mean.iter_mut()
-            .filter(|(kind, _)| *kind == PartKind::Unknown)
-            .for_each(|(_, took)| *took += age.saturating_sub(known));
+        if let Some(place) = PARTS.iter().position(|[_, word]| *word == UNKNOWN) {
+            mean[place] += age.saturating_sub(known);
+        }
         Some(PushData {
             sentence: PushSentence::of(&parts, lineage.topology()),
             reaction: reaction::greatest(lineage, acts, from, to),
-            mean: mean.to_vec(),
+            mean,
         })
     }
 

@@ -9,7 +9,7 @@ use ratatui::{
 
 use super::text::{line, width};
 use crate::{
-    age::{AgeData, PartKind, PushData, Strain},
+    age::{AgeData, PARTS, PushData, Strain},
     millis::whole,
     theme::Theme,
 };
@@ -138,34 +138,31 @@ fn ticks(age: &AgeData, (scale, wide): (f64, usize)) -> Vec<(usize, String)> {
 }
 
 /// The parts of the age, the largest first, each with its glyph in the bar.
-fn spent(mean: &[(PartKind, Duration)]) -> String {
+fn spent(mean: &[Duration]) -> String {
     // Rounded as running sums: their sum is the rounded age.
     let (mut sum, mut shown) = (Duration::ZERO, 0);
-    let rounded = mean.iter().map(|(kind, took)| {
+    let rounded = PARTS.iter().zip(mean).map(|(signs, took)| {
         sum += *took;
         let part = whole(sum) - shown;
         shown = whole(sum);
-        (*kind, part)
+        (signs, part)
     });
     let mut parts: Vec<_> = rounded.filter(|(_, part)| *part > 0).collect();
     parts.sort_by_key(|(_, part)| Reverse(*part));
-    let words = parts.iter().map(|(kind, part)| {
-        let [glyph, word] = kind.signs();
-        format!("{glyph} {word} {part}")
-    });
+    let words = parts.iter();
+    let words = words.map(|([glyph, word], part)| format!("{glyph} {word} {part}"));
     words.collect::<Vec<_>>().join(" + ")
 }
 
 /// A bar as long as the age with its parts in order, at a given number of cells per
 /// second and of at most a given width.
-fn bar(age: Duration, mean: &[(PartKind, Duration)], (scale, room): (f64, usize)) -> String {
+fn bar(age: Duration, mean: &[Duration], (scale, room): (f64, usize)) -> String {
     let cells = |age: Duration| ((age.as_secs_f64() * scale).round() as usize).min(room);
     let mut bar = String::new();
     let (mut sum, mut drawn) = (Duration::ZERO, 0);
-    for (kind, took) in mean {
+    for ([glyph, _], took) in PARTS.iter().zip(mean) {
         sum += *took;
         let until = cells(sum.min(age)).max(drawn);
-        let [glyph, _] = kind.signs();
         bar += &glyph.repeat(until - drawn);
         drawn = until;
     }

@@ -27,7 +27,7 @@ mod tests {
         },
         GLOSSARY, OF_PLANS, glossary,
     };
-    use crate::age::PartKind;
+    use crate::age::PARTS;
 
     /// Words on the screen that stand in no table.
     const ELSEWHERE: &str = "✖, ⚠, flat out, sim, wall, seed, world: own, world: waits, virtual, \
@@ -46,7 +46,7 @@ mod tests {
         let heads = topics.chain(NODE_COLUMNS.into_iter().map(|column| column.head));
         let heads = heads.flat_map(|head| head.split(' '));
         let heads = heads.filter(|word| !["ms", "µs", "Hz"].contains(word));
-        let parts = PartKind::ALL.into_iter().map(|kind| kind.signs()[1]);
+        let parts = PARTS.map(|[_, word]| word).into_iter();
         let marks = LEGEND.iter().map(|(_, _, word)| *word);
         let elsewhere = ELSEWHERE.split(", ");
         for word in heads.chain(parts).chain(marks).chain(elsewhere) {

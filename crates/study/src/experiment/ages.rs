@@ -120,7 +120,6 @@ impl RunAges {
     /// The ages of the run, which ended at run time `end` with these `nodes`; those that nothing
     /// tells are left out.
     pub fn finish(mut self, end: Time, nodes: &[NodeAccount]) -> Vec<RunAge> {
-        self.lineage.settle();
         self.advance(Some(end));
         let topology = self.lineage.topology();
         let pushed = |node: usize| {
@@ -198,17 +197,16 @@ pub(super) struct AgeWatch(JoinHandle<Option<RunAges>>);
 impl AgeWatch {
     /// From the beginning of the run to its end.
     pub(super) fn start(experiment: &Experiment) -> Self {
-        let (tap, observer) = (experiment.taps().all_heads(BACKLOG), experiment.observer());
+        let (tap, observer) = (experiment.taps().heads(BACKLOG), experiment.observer());
         let setup = experiment.config().setup.iter();
         let lineage = Lineage::new(observer.topology(), setup).keeping(KEPT);
         let mut ages = RunAges::new(&**experiment.system(), lineage);
         Self(thread::spawn(move || {
             let (mut rows, mut events) = (0, 0);
-            let mut settle = |ages: &mut RunAges| {
+            let mut events_until_now = |ages: &mut RunAges| {
                 let new = observer.events(events);
                 events += new.len();
                 new.iter().for_each(|event| ages.lineage.event(event));
-                ages.lineage.settle();
             };
             for row in tap.items() {
                 match row {
@@ -217,11 +215,11 @@ impl AgeWatch {
                 }
                 rows += 1;
                 if rows % BATCH == 0 {
-                    settle(&mut ages);
+                    events_until_now(&mut ages);
                     ages.advance(None);
                 }
             }
-            settle(&mut ages);
+            events_until_now(&mut ages);
             (tap.lost() == 0).then_some(ages)
         }))
     }

@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, mem};
 
 use ratelab::Time;
-use ratelab_account::{AgeStage, Lineage, PushInForce, nanos};
+use ratelab_account::{AgePart, AgeStage, Lineage, PushInForce, nanos};
 
 /// An age over run time. It counts in whole nanoseconds, so that its parts sum to it.
 #[derive(Clone, Debug, Default)]
@@ -20,31 +20,41 @@ impl AgeOverTime {
     /// Adds that of `push`, in force from `begin` to `end`.
     fn add(&mut self, push: &PushInForce, begin: Time, end: Time) {
         let end = end.max(begin);
+        let fixed = push.applied();
+        let time = i128::from(nanos(end.since(begin)));
+        self.sum(AgeStage::Before, 2 * time, fixed.before_ns);
+        for part in &fixed.parts {
+            self.sum(part.stage, 2 * time, nanos(part.took));
+        }
         // Each part grows evenly or not at all, but for the moments when what is missing changes.
         let changes = push.changes().map(|at| at.clamp(begin, end));
         let times = [begin, changes[0], changes[1], end];
-        let parts = times.map(|at| push.parts(at));
-        for (times, ends) in times.windows(2).zip(parts.windows(2)) {
-            let long = nanos(times[1].since(times[0]));
-            for parts in ends {
-                self.sum(AgeStage::Before, long, parts.before_ns);
-                let parts = parts.parts.iter();
-                parts.for_each(|part| self.sum(part.stage, long, nanos(part.took)));
+        let grown = times.map(|at| push.grown(at));
+        for (times, ends) in times.windows(2).zip(grown.windows(2)) {
+            let long = i128::from(nanos(times[1].since(times[0])));
+            for part in ends.as_flattened() {
+                self.sum(part.stage, long, nanos(part.took));
             }
-            self.time += i128::from(long);
         }
-        let [first, .., last] = parts.map(|parts| parts.sum_ns().div_euclid(1_000));
-        *self.teeth.entry(first).or_default() += 1;
-        *self.teeth.entry(last).or_default() -= 1;
+        self.time += time;
+        let age = |grown: &[AgePart]| {
+            let grown = grown.iter().map(|part| nanos(part.took));
+            (fixed.sum_ns() + grown.sum::<i64>()).div_euclid(1_000)
+        };
+        *self.teeth.entry(age(&grown[0])).or_default() += 1;
+        *self.teeth.entry(age(&grown[3])).or_default() -= 1;
     }
 
-    fn sum(&mut self, stage: AgeStage, long: i64, age: i64) {
-        let area = i128::from(long) * i128::from(age);
+    /// Adds the area of a part that was so old for so long.
+    fn sum(&mut self, stage: AgeStage, long: i128, age: i64) {
+        let area = long.saturating_mul(i128::from(age));
+        if area == 0 {
+            return;
+        }
         match self.sums.iter_mut().find(|(known, _)| *known == stage) {
             // The times of an altered recording may be any.
             Some((_, sum)) => *sum = sum.saturating_add(area),
-            None if area != 0 => self.sums.push((stage, area)),
-            None => {}
+            None => self.sums.push((stage, area)),
         }
     }
 

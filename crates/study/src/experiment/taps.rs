@@ -53,10 +53,10 @@ impl Taps {
         self.tap_handle.all(&topics, capacity)
     }
 
-    /// As [`all`](Self::all), with the messages of all other topics, too, without their numbers.
-    pub fn all_heads(&self, capacity: usize) -> Tap<RunRow> {
-        let topics: Vec<_> = self.topics.iter().map(|topic| &**topic).collect();
-        self.tap_handle.all_heads(&topics, capacity)
+    /// Copies every message of all topics, without its numbers, and every tick from now on, in one
+    /// queue of `capacity`.
+    pub fn heads(&self, capacity: usize) -> Tap<RunRow> {
+        self.tap_handle.heads(capacity)
     }
 
     /// Copies every tick from now on, with one queue of `capacity` ticks per node, in the
