@@ -533,9 +533,10 @@ fn on_the_real_clock_too_they_are_one_number() {
     let chain = "chain.c = { path = ['n0', '/t0', 'n1', '/t1', 'n2', '/t2'] }";
     for nodes in ON_THREADS {
         let text = format!("name = 'threads'\n{nodes}\n{chain}\n");
-        let compared = is_one_number(&text, &[2, 1, 0], &config("real; until 0.3"));
-        let compared = compared.unwrap_or_else(|why| panic!("{why}"));
-        assert!(compared > 0, "{text}");
+        let compared = || is_one_number(&text, &[2, 1, 0], &config("real; until 0.3"));
+        let compared = || compared().unwrap_or_else(|why| panic!("{why}"));
+        // On a machine that is too busy no data may come through at first.
+        assert!((0..10).any(|_| compared() > 0), "{text}");
     }
 }
 

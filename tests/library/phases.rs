@@ -11,24 +11,83 @@ const TIED: &str = r#"
     chain.see = { path = ["camera", "/image", "control", "/cmd"], age_ms = 25 }
 "#;
 
-fn tied(knobs: &str) -> Experiment {
-    let system = graph_system(TIED).expect("a graph");
+/// A node that ticks on scans reads what another sensor publishes at these moments.
+const TRIGGERED: &str = r#"
+    name = "triggered"
+    node.odom = { rate = 50, publishes = ["/tf"] }
+    node.laser = { rate = 50, publishes = ["/scan"] }
+    node.slam = { trigger = ["/scan"], reads = ["/tf"], publishes = ["/map"] }
+    chain.tf = { path = ["odom", "/tf", "slam", "/map"] }
+"#;
+
+/// Both nodes tick when a clock of 10 Hz does.
+const CLOCKED: &str = r#"
+    name = "clocked"
+    clock.rate = 10
+    node.imu = { rate = 100, publishes = ["/imu"] }
+    node.ekf = { rate = 30, reads = ["/imu"], publishes = ["/odom"] }
+    chain.imu = { path = ["imu", "/imu", "ekf", "/odom"] }
+"#;
+
+/// A node that ticks on one of two messages of the same tick, and reads the other one.
+const TOGETHER: &str = r#"
+    name = "together"
+    node.camera = { rate = 10, publishes = ["/image", "/info"] }
+    node.detector = { trigger = ["/image"], reads = ["/info"], publishes = ["/pose"] }
+    chain.info = { path = ["camera", "/info", "detector", "/pose"] }
+"#;
+
+fn experiment_of(text: &str, knobs: &str) -> Experiment {
+    let system = graph_system(text).expect("a graph");
     Experiment::new(system, &config(knobs)).expect("a run")
 }
 
+fn tied(knobs: &str) -> Experiment {
+    experiment_of(TIED, knobs)
+}
+
 #[test]
-fn a_note_is_about_ties_that_keep_data_fresh_and_about_no_other_phase() {
-    for (knobs, note) in [
-        ("", "20.0 ms older"),
-        ("offset camera 20", "20.0 ms older"),
-        ("rate camera 25", "20.0 ms older"),
-        ("offset camera 1", ""),
-        ("takes camera 5", ""),
-        ("rate camera 30", ""),
+fn a_note_is_about_reads_at_the_instant_of_a_delivery_that_keep_data_fresh() {
+    let late = r#"control reads /image at the very instant of its arrival"#;
+    for (text, knobs, notes) in [
+        (TIED, "", [late, "20.0 ms older", "\"wakes camera 0.2\""]),
+        (TIED, "offset camera 20", [late, "20.0 ms older", ""]),
+        (TIED, "rate camera 25", [late, "20.0 ms older", ""]),
+        // A delay and a cost that come to a period.
+        (TIED, "link /image delay:20", [late, "20.0 ms older", ""]),
+        (
+            TIED,
+            "rate camera 25; takes camera 20",
+            [late, "20.0 ms older", ""],
+        ),
+        (
+            TRIGGERED,
+            "",
+            ["slam reads /tf", "20.0 ms older", "wakes odom"],
+        ),
+        (
+            CLOCKED,
+            "",
+            ["ekf reads /imu", "100.0 ms older", "wakes imu"],
+        ),
     ] {
-        let notes = tied(knobs).tie_notes();
-        assert_eq!(notes.len(), usize::from(!note.is_empty()), "{knobs}");
-        assert!(notes.iter().all(|text| text.contains(note)), "{notes:?}");
+        let told = experiment_of(text, knobs).tie_notes();
+        let [note] = &told[..] else {
+            panic!("{knobs}: {told:?}\n{text}")
+        };
+        assert!(notes.iter().all(|part| note.contains(part)), "{note}");
+    }
+    for (text, knobs) in [
+        (TIED, "offset camera 1"),
+        (TIED, "takes camera 5"),
+        (TIED, "rate camera 30"),
+        (TIED, "link /image delay:19.9"),
+        (TIED, "link /image delay:5..20"),
+        (TRIGGERED, "offset odom 5"),
+        (TOGETHER, ""),
+    ] {
+        let told = experiment_of(text, knobs).tie_notes();
+        assert!(told.is_empty(), "{knobs}: {told:?}\n{text}");
     }
 }
 

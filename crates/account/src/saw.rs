@@ -68,9 +68,10 @@ impl Saw {
         self.twice_area(now) as f64 / 2e18
     }
 
-    /// The mean over time from the first to run time `now` (s); `None` if no time has passed.
+    /// The mean over time from the first to run time `now` (s), or to the begin of what is in force if
+    /// that is later; `None` if no time has passed.
     pub fn mean_s(&self, now: Time) -> Option<f64> {
-        let time = now.since(self.first);
+        let time = now.max(self.since).since(self.first);
         (!time.is_zero()).then(|| self.area_s2(now) / time.as_secs_f64())
     }
 }

@@ -36,7 +36,7 @@ impl TracedTopic {
 
 impl Lineage {
     /// A message that is known.
-    pub(super) fn head(&self, message: MessageId) -> Option<&Head> {
+    pub fn head(&self, message: MessageId) -> Option<&Head> {
         self.topics.get(message.topic)?.message(message.seq)
     }
 

@@ -20,7 +20,7 @@ use ratelab_effects::Executor;
 use smallvec::SmallVec;
 
 use self::causes::Beginnings;
-use super::node::TickRecord;
+use super::{node::TickRecord, run_rows::RunRow};
 
 /// The messages and ticks of a run, joined by their causes.
 ///
@@ -187,6 +187,14 @@ impl Lineage {
     /// The graph.
     pub fn topology(&self) -> &Topology {
         &self.topology
+    }
+
+    /// Adds a message or a tick.
+    pub fn add(&mut self, row: RunRow) {
+        match row {
+            RunRow::Message(topic, head, _) => self.message(topic, &head),
+            RunRow::Tick(node, tick) => self.tick(node, tick),
+        }
     }
 
     /// Adds a message published to the topic with index `topic`.

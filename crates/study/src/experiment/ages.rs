@@ -3,13 +3,13 @@
 use std::thread::{self, JoinHandle};
 
 use ratelab::{Time, Topology};
-use ratelab_account::{AgeStage, Lineage, NodeAccount, RunRow};
+use ratelab_account::{AgeStage, Lineage, NodeAccount};
 
 use super::{Experiment, over_time::AgeOverTime};
 use crate::system::System;
 
 /// Number of messages and ticks that may wait to be counted.
-const BACKLOG: usize = 16_384;
+pub(super) const BACKLOG: usize = 16_384;
 
 /// Number of messages and ticks after which their ages are counted.
 const BATCH: usize = 4_096;
@@ -101,26 +101,32 @@ impl RunAges {
         }
     }
 
-    /// Counts up to run time `until`, for each way no further than its last tick if that is not
-    /// given.
-    fn advance(&mut self, until: Option<Time>) {
+    /// Counts each way up to its last tick; to the end of a run that is over.
+    fn advance(&mut self, end: Option<RunEnd>) {
         let Self { lineage, ways } = self;
         for way in ways {
-            let mut ticks = lineage.ticks(way.node).rev();
-            let last = ticks.find_map(|worked| worked.tick.ends);
-            let until = until.or(last).unwrap_or(way.until);
-            drop(ticks);
-            if lineage.go_along(way.topics) {
-                way.ages.extend(lineage, way.node, way.until, until);
-                way.until = way.until.max(until);
+            if !lineage.go_along(way.topics) {
+                continue;
             }
+            let newest = || Some(lineage.push_at(way.node, Time::MAX)?.since);
+            let until = match (end, way.chain) {
+                (None, _) => last_end(lineage, way.node),
+                (Some(run), Some(_)) => Some(run.chains),
+                (Some(run), None) => newest().max(Some(run.at)),
+            };
+            let until = until.unwrap_or(way.until);
+            way.ages.extend(lineage, way.node, way.until, until);
+            way.until = way.until.max(until);
         }
     }
 
     /// The ages of the run, which ended at run time `end` with these `nodes`; those that nothing
     /// tells are left out.
     pub fn finish(mut self, end: Time, nodes: &[NodeAccount]) -> Vec<RunAge> {
-        self.advance(Some(end));
+        let chains = self.ways.iter().filter(|way| way.chain.is_some());
+        let outputs = chains.filter_map(|way| last_end(&self.lineage, way.node));
+        let chains = outputs.chain([end]).max().unwrap_or(end);
+        self.advance(Some(RunEnd { at: end, chains }));
         let topology = self.lineage.topology();
         let pushed = |node: usize| {
             let name = &*topology.nodes[node].name;
@@ -131,6 +137,22 @@ impl RunAges {
         let ways = ways.filter(|way| way.chain.is_some() || pushed(way.node));
         ways.filter_map(|way| way.age(topology)).collect()
     }
+}
+
+/// The end of a run. On the real clock a tick may end a little later: what comes last counts, as in the
+/// figures of the run.
+#[derive(Clone, Copy)]
+struct RunEnd {
+    /// Run time.
+    at: Time,
+    /// That of the newest output of a chain, if it is later.
+    chains: Time,
+}
+
+/// The end of the last tick of a node that ended.
+fn last_end(lineage: &Lineage, node: usize) -> Option<Time> {
+    let mut ticks = lineage.ticks(node).rev();
+    ticks.find_map(|worked| worked.tick.ends)
 }
 
 impl AgeShare {
@@ -209,10 +231,7 @@ impl AgeWatch {
                 new.iter().for_each(|event| ages.lineage.event(event));
             };
             for row in tap.items() {
-                match row {
-                    RunRow::Message(topic, head, _) => ages.lineage.message(topic, &head),
-                    RunRow::Tick(node, tick) => ages.lineage.tick(node, tick),
-                }
+                ages.lineage.add(row);
                 rows += 1;
                 if rows % BATCH == 0 {
                     events_until_now(&mut ages);

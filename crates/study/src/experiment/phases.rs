@@ -4,16 +4,18 @@
 //! Of such a tie virtual time has one order. On threads the phases differ from start to start, so
 //! the age of a run in virtual time is one of many.
 
-use std::{sync::Arc, time::Duration};
+use std::{sync::Arc, thread, time::Duration};
 
-use ratelab::{Knob, KnobKind, NodeTopology, TickTiming, Time, hyper_period, millis};
+use ratelab::{Knob, KnobKind, NodeTopology, TickTiming, Time, Topology, millis};
+use ratelab_account::Lineage;
 use ratelab_effects::Chance;
 
 use super::{
-    Config, Experiment,
+    Config, Experiment, Summary,
+    ages::BACKLOG,
     sweep::{SweepAxis, SweepValue},
 };
-use crate::system::{DataChain, cost_of};
+use crate::system::DataChain;
 
 /// Name of the axis of phases.
 const PHASE: &str = "phase";
@@ -21,8 +23,11 @@ const PHASE: &str = "phase";
 /// How long a run is at the most in which a tie is turned round.
 const TRIED: Time = Time::from_nanos(5_000_000_000);
 
-/// By how much a node is later than the next one of its chain, in a tie that is turned round.
-const TURNED: Duration = Duration::from_micros(1);
+/// Periods of the slowest node in a run that is looked through for ties.
+const PERIODS: u32 = 12;
+
+/// Messages from which on a share of them counts.
+const FEWEST: usize = 3;
 
 /// The difference of two mean ages from which it is worth a note (ms).
 const WORTH_MS: f64 = 1.0;
@@ -56,45 +61,49 @@ impl Experiment {
         }
     }
 
-    fn offset(&self, node: &NodeTopology) -> Duration {
-        self.config.setup.offset(&node.name).unwrap_or_default()
-    }
-
     fn can_shift(&self, node: &NodeTopology) -> bool {
         node.triggers.is_empty() && self.check(&offset(node, Duration::ZERO)).is_ok()
     }
 
-    /// For each chain with nodes that tie in an order which keeps its data fresh: what ties, and
-    /// how much older the data are if each tie goes the other way, by a short run of each.
+    /// For each chain with nodes that read data at the very instant of their delivery, which keeps
+    /// its data fresh: which ones, and how much older the data are if they come a little later.
     pub fn tie_notes(&self) -> Vec<String> {
         let topology = self.graph.topology();
-        let nodes = &topology.nodes;
-        let mut chains = self.system.about().chains.iter();
-        let notes = chains.by_ref().filter_map(|chain| {
-            let path = chain.nodes.iter().map(|name| topology.node(name));
-            let path: Vec<usize> = path.collect::<Option<_>>()?;
-            let hops = path.windows(2);
-            let tied = hops.filter(|hop| hop[0] < nodes.len() && self.ties(nodes, hop));
-            let tied: Vec<String> = tied
-                .map(|hop| format!("{} before {}", nodes[hop[0]].name, nodes[hop[1]].name))
-                .collect();
-            if tied.is_empty() || self.starts_programs() {
-                return None;
-            }
-            let turned = path.iter().rev().enumerate().map(|(place, node)| {
-                let node = &nodes[*node];
-                let later = TURNED * u32::try_from(place).unwrap_or(u32::MAX);
-                offset(node, self.offset(node) + later)
+        let chains = self.system.about().chains.iter();
+        let hops = chains.map(|chain| (chain, self.hops(chain, &topology)));
+        let hops: Vec<_> = hops.filter(|(_, hops)| !hops.is_empty()).collect();
+        let nodes = hops.iter().flat_map(|(_, hops)| hops);
+        let nodes = nodes.flat_map(|hop| [hop.from, hop.reader]);
+        let slowest = nodes.map(|node| topology.nodes[node].hz.period()).max();
+        let long = slowest.filter(|_| !self.starts_programs());
+        let long = long.map(|slowest| TRIED.min(Time::ZERO + slowest * PERIODS));
+        let Some((_, lineage)) = long.and_then(|end| self.short_run(end, Vec::new())) else {
+            return Vec::new();
+        };
+        let age = |chain: &DataChain, knobs| {
+            let (run, _) = self.short_run(TRIED, knobs)?;
+            chain.mean_ms(run.sim_time, &run.chains)
+        };
+        let notes = hops.iter().filter_map(|(chain, hops)| {
+            let tied = hops.iter().filter(|hop| hop.is_tied(&lineage));
+            let tied: Vec<&ChainHop> = tied.collect();
+            let later = tied.first()?.from;
+            let path = chain.nodes.iter().rev().enumerate();
+            let turned = path.filter_map(|(place, node)| self.late(node, place));
+            let older = age(chain, turned.collect())? - age(chain, Vec::new())?;
+            let told = tied.iter().map(|hop| {
+                let reader = &topology.nodes[hop.reader].name;
+                format!("{reader} reads {}", topology.topics[hop.topic].name)
             });
-            let [usual, other] = [Vec::new(), turned.collect()];
-            let older = self.chain_age(chain, other)? - self.chain_age(chain, usual)?;
+            let told: Vec<String> = told.collect();
+            let name = &topology.nodes[later].name;
             (older >= WORTH_MS).then(|| {
                 format!(
-                    "chain {}: {}, at each tick, as virtual time orders ties; the other way round its data \
-                     are up to {} ms older, as they may be on the real clock; --phases 20 tries \
-                     other phases",
+                    "chain {}: {} at the very instant of its arrival; a microsecond later its data are \
+                     up to {} ms older, as they may be on the real clock: try --knob \"wakes {name} \
+                     0.2\"",
                     chain.name,
-                    tied.join(" and "),
+                    told.join(" and "),
                     millis::text(older),
                 )
             })
@@ -102,24 +111,60 @@ impl Experiment {
         notes.collect()
     }
 
-    /// Whether the second of two nodes reads at each of its ticks, or at each of the first one's,
-    /// what the first one has just published.
-    fn ties(&self, nodes: &[NodeTopology], hop: &[usize]) -> bool {
-        let [from, to] = [&nodes[hop[0]], &nodes[hop[1]]];
-        let setup = &self.config.setup;
-        let is_free = |node: &&NodeTopology| {
-            let mut knobs = setup.iter().filter(|knob| knob.target() == node.name);
-            let is_late = knobs.any(|knob| knob.kind().sets(TickTiming::Start));
-            node.executor.is_none() && self.can_shift(node) && !is_late
+    /// The steps of a chain from one node to another one that reads at moments of its own: not when
+    /// the first one triggers it, nor in an executor, which has an order.
+    fn hops(&self, chain: &DataChain, topology: &Topology) -> Vec<ChainHop> {
+        let nodes = chain.nodes.iter().map(|name| topology.node(name));
+        let nodes: Vec<usize> = nodes.flatten().collect();
+        let hops = nodes.windows(2).zip(chain.topics());
+        let hops = hops.filter_map(|(nodes, topic)| {
+            let &[from, reader] = nodes else {
+                return None;
+            };
+            let topic = topology.topic(topic)?;
+            let triggers = &topology.nodes[reader].triggers;
+            let mut triggers = triggers.iter().map(|topic| &topology.topics[*topic]);
+            let triggered = triggers.any(|topic| topic.publishers.contains(&from));
+            let executed = [from, reader].map(|node| &topology.nodes[node].executor);
+            let is_free = !triggered && executed.iter().all(|executor| executor.is_none());
+            let can_wait = self.late(&topology.nodes[from].name, 1).is_some();
+            (is_free && can_wait).then_some(ChainHop {
+                from,
+                topic,
+                reader,
+            })
+        });
+        hops.collect()
+    }
+
+    /// A knob by which a node starts so many microseconds late; `None` for one that is not to.
+    fn late(&self, node: &str, micros: usize) -> Option<Knob> {
+        let set = self.config.setup.iter();
+        let mut set = set.filter(|knob| knob.target() == node);
+        let is_late = set.any(|knob| knob.kind().sets(TickTiming::Start));
+        let spec = (micros as f64 / 1e3).to_string();
+        let node = node.to_owned();
+        let late = Knob::Wakes { node, spec };
+        (micros > 0 && !is_late && self.check(&late).is_ok()).then_some(late)
+    }
+
+    /// A run up to `end` with these `knobs`, and its messages and ticks.
+    fn short_run(&self, end: Time, knobs: Vec<Knob>) -> Option<(Summary, Lineage)> {
+        let end = self.config.end.min(end);
+        let mut config = Config {
+            end,
+            ..self.config.clone()
         };
-        let [one, other] = [from, to].map(|node| node.hz.period().as_nanos());
-        let [first, second] = [from, to].map(|node| self.offset(node).as_nanos());
-        let common = hyper_period([from.hz, to.hz]).as_nanos();
-        [from, to].iter().all(is_free)
-            && cost_of(setup, &from.name).is_none()
-            && (from.priority, hop[0]) < (to.priority, hop[1])
-            && common == one.max(other)
-            && first.abs_diff(second).is_multiple_of(one.min(other))
+        config.setup.extend(knobs);
+        let run = Self::of_resolved(self.system.clone(), config).ok()?;
+        let mut lineage = Lineage::new(run.observer().topology(), &[]);
+        let tap = run.taps().heads(BACKLOG);
+        let reader = thread::spawn(move || {
+            tap.items().iter().for_each(|row| lineage.add(row));
+            lineage
+        });
+        let ended = run.run();
+        Some((ended.ok()?, reader.join().ok()?))
     }
 
     /// Whether a run of it starts a process.
@@ -129,17 +174,30 @@ impl Experiment {
             _ => false,
         })
     }
+}
 
-    /// The mean data age of `chain` in a short run with these `knobs` (ms).
-    fn chain_age(&self, chain: &DataChain, knobs: Vec<Knob>) -> Option<f64> {
-        let mut config = Config {
-            end: self.config.end.min(TRIED),
-            ..self.config.clone()
-        };
-        config.setup.extend(knobs);
-        let run = Self::of_resolved(self.system.clone(), config).ok()?;
-        let ended = run.run().ok()?;
-        chain.mean_ms(ended.sim_time, &ended.chains)
+/// A step of a chain: a node publishes to a topic, and another one reads it.
+struct ChainHop {
+    from: usize,
+    topic: usize,
+    reader: usize,
+}
+
+impl ChainHop {
+    /// Whether nearly every message is read first at the instant of its delivery.
+    fn is_tied(&self, lineage: &Lineage) -> bool {
+        let reads = lineage.ticks(self.reader).filter_map(|worked| {
+            let mut reads = worked.reads();
+            let read = reads.find(|read| read.topic == self.topic)?;
+            Some((read, worked.tick.at))
+        });
+        let (mut first, mut at_once, mut last) = (0, 0, None);
+        for (read, at) in reads.filter(|(read, _)| last.replace(*read) != Some(*read)) {
+            let arrives = lineage.head(read).and_then(|sent| sent.arrives);
+            first += 1;
+            at_once += usize::from(arrives == Some(at));
+        }
+        first >= FEWEST && at_once * 10 >= first * 9
     }
 }
 
