@@ -1,7 +1,10 @@
 //! Graphs as text files: data ages along chains, verdicts, settings as knobs, a system in the
 //! middle, and errors with their places.
 
-use ratelab_study::graph_file::{GraphFile, MOST_PARTS, changed, format::SECTIONS};
+use ratelab_study::{
+    graph_file::{GraphFile, MOST_PARTS, changed, format::SECTIONS},
+    system::Bound,
+};
 
 use crate::support::*;
 
@@ -346,4 +349,22 @@ fn a_change_names_the_keys_that_it_leaves_out() {
     );
     let bounded = changed_to("limit.x.at_most = 3", "limit.x.at_most = 4");
     assert!(bounded.left_out.is_empty());
+}
+
+#[test]
+fn a_figure_at_its_bound_is_within_it_however_its_sums_are_rounded() {
+    for (bound, value, holds) in [
+        (Bound::AtMost(26.2), 26.2, true),
+        (Bound::AtMost(26.2), 26.200_000_000_000_003, true),
+        (Bound::AtMost(26.2), 26.200_000_000_01, false),
+        (Bound::AtLeast(0.9), 0.899_999_999_999_999_9, true),
+        (Bound::AtLeast(0.9), 0.899_999_999_99, false),
+        (Bound::AtMost(-61.2), -61.199_999_999_999_996, true),
+        (Bound::AtMost(0.0), 0.0, true),
+        (Bound::AtMost(0.0), f64::MIN_POSITIVE, false),
+        (Bound::AtMost(0.0), f64::NAN, false),
+        (Bound::AtLeast(1e12), 1e12 - 1.0, false),
+    ] {
+        assert_eq!(bound.holds(value), holds, "{bound:?} {value}");
+    }
 }

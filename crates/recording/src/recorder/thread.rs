@@ -36,16 +36,16 @@ const LOOK: Duration = Duration::from_millis(50);
 static OPEN: AtomicUsize = AtomicUsize::new(0);
 
 /// A recording that is not complete, until it is dropped.
-struct Open;
+struct OpenRecording;
 
-impl Open {
+impl OpenRecording {
     fn new() -> Self {
         OPEN.fetch_add(1, Ordering::SeqCst);
         Self
     }
 }
 
-impl Drop for Open {
+impl Drop for OpenRecording {
     fn drop(&mut self) {
         OPEN.fetch_sub(1, Ordering::SeqCst);
     }
@@ -100,7 +100,7 @@ impl Recorder {
             noticed: 0,
         };
         let thread = thread::Builder::new().name("recorder".to_owned());
-        let open = Open::new();
+        let open = OpenRecording::new();
         let thread = thread.spawn(move || {
             let _open = open;
             let tap = tap.unwrap_or_else(|| source.taps.all(BACKLOG));
