@@ -183,7 +183,9 @@ impl<T: Payload> Queue<T> {
             Some(transit) => transit.newest.as_ref().map(|(m, at)| (m, *at))?,
             None => (&self.messages.back()?.0, Some(self.newest_at)),
         };
-        let readers = self.readers.iter().filter(|reader| reader.is_open);
+        // What a node has lost stays lost when it is gone.
+        let counts = |reader: &&TopicReader<T>| reader.is_open || reader.place.is_some();
+        let readers = self.readers.iter().filter(counts);
         let head = Head {
             at: self.newest_at,
             by: self.newest_by,

@@ -190,3 +190,21 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn what_a_node_has_lost_stays_lost_when_it_is_gone() {
+    let (word, mut graph) = (Topic::new("/word", Depth::ONE), Graph::new());
+    let added = graph.node("ear", hz(1.0), 0, |wiring| {
+        let ear = wiring.subscription(&word);
+        move |_: &mut Tick| assert_eq!(ear.dropped(), 0)
+    });
+    added.expect("a node");
+    let (publisher, mut tick) = (word.publisher(), Tick::at(Time::ZERO));
+    let lost = |tick: &mut Tick| {
+        tick.publish(&publisher, ());
+        word.peek().map_or(0, |(_, head)| head.dropped)
+    };
+    assert_eq!([0; 3].map(|_| lost(&mut tick)), [0, 1, 2]);
+    drop(graph);
+    assert_eq!(lost(&mut tick), 2);
+}
