@@ -48,7 +48,7 @@ fn tied(knobs: &str) -> Experiment {
 
 #[test]
 fn a_note_is_about_reads_at_the_instant_of_a_delivery_that_keep_data_fresh() {
-    let late = r#"control reads /image at the very instant of its arrival"#;
+    let late = "control reads /image at the very instant of delivery; where";
     for (text, knobs, notes) in [
         (TIED, "", [late, "20.0 ms older", "\"wakes camera 0.2\""]),
         (TIED, "offset camera 20", [late, "20.0 ms older", ""]),

@@ -11,7 +11,7 @@ use proptest::prelude::*;
 use crate::support::*;
 
 fn recorded(samples: &[u64]) -> Distribution {
-    let mut distribution = Distribution::empty();
+    let mut distribution = Distribution::default();
     for nanos in samples {
         distribution.add(Duration::from_nanos(*nanos));
     }

@@ -32,11 +32,6 @@ struct Bucket {
 }
 
 impl Distribution {
-    /// A distribution without samples.
-    pub fn empty() -> Self {
-        Self::default()
-    }
-
     /// Adds a sample.
     pub fn add(&mut self, sample: Duration) {
         let nanos = u64::try_from(sample.as_nanos()).unwrap_or(u64::MAX);

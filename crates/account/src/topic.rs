@@ -128,17 +128,13 @@ impl TopicAccount {
         self.sent.count(head.at, 1);
         self.newest = Some(head.at);
         if link {
-            self.fly(Flight {
-                released: head.at,
-                arrives: head.arrives,
-            });
+            self.fly(head.at, head.arrives);
         }
     }
 
-    /// Notes the way of a message through a link.
-    fn fly(&mut self, flight: Flight) {
-        let now = flight.released;
-        match flight.arrives {
+    /// Notes the way of a message through a link, released at run time `now`.
+    fn fly(&mut self, now: Time, arrives: Option<Time>) {
+        match arrives {
             Some(_) => self.flown += 1,
             None => {
                 self.lost += 1;
@@ -149,7 +145,8 @@ impl TopicAccount {
         while self.flights.len() >= MOST_FLIGHTS || self.flights.front().is_some_and(over) {
             self.flights.pop_front();
         }
-        self.flights.push_back(flight);
+        let released = now;
+        self.flights.push_back(Flight { released, arrives });
     }
 
     /// Messages in flight at the last publication or reading, or at the end of the run.

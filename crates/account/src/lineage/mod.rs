@@ -109,11 +109,6 @@ impl TracedTick {
     fn read_of(&self, topic: usize) -> Option<MessageId> {
         self.reads().find(|read| read.topic == topic)
     }
-
-    /// Sequence number of that message.
-    fn read(&self, topic: usize) -> Option<u64> {
-        self.read_of(topic).map(|read| read.seq)
-    }
 }
 
 impl Lineage {

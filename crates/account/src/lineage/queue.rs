@@ -11,29 +11,27 @@ impl Lineage {
     /// each change.
     pub fn queue(&self, topic: usize, reader: usize) -> Vec<(Time, usize)> {
         let record = &self.topics[topic];
-        let arrivals = record
-            .sent
-            .iter()
-            .filter_map(|sent| Some((sent.arrives?, Some(sent.seq), 0)));
+        let arrivals = record.sent.iter();
+        let arrivals = arrivals.filter_map(|sent| Some((sent.arrives?, false, sent.seq)));
         let reads = self.nodes[reader].ticks.iter();
-        let reads = reads.filter_map(|worked| Some((worked.tick.at, None, worked.read(topic)?)));
+        let reads = reads.filter_map(|worked| {
+            let read = worked.read_of(topic)?;
+            Some((worked.tick.at, true, read.seq))
+        });
         let mut changes: Vec<_> = arrivals.chain(reads).collect();
-        changes.sort_by_key(|(at, arrived, _)| (*at, arrived.is_none()));
+        changes.sort_unstable();
         let mut waiting: VecDeque<u64> = VecDeque::new();
         let mut read_until = None;
         let mut lengths = Vec::new();
-        for (at, arrived, read) in changes {
-            match arrived {
-                Some(seq) if waiting.back().copied().max(read_until) < Some(seq) => {
-                    waiting.push_back(seq);
-                    while waiting.len() > record.depth(at) {
-                        waiting.pop_front();
-                    }
-                }
-                Some(_) => {} // An overtaken message.
-                None => {
-                    read_until = read_until.max(Some(read));
-                    waiting.retain(|seq| *seq > read);
+        for (at, is_read, seq) in changes {
+            if is_read {
+                read_until = read_until.max(Some(seq));
+                waiting.retain(|waits| *waits > seq);
+            } else if waiting.back().copied().max(read_until) < Some(seq) {
+                // It was not overtaken.
+                waiting.push_back(seq);
+                while waiting.len() > record.depth(at) {
+                    waiting.pop_front();
                 }
             }
             lengths.push((at, waiting.len()));

@@ -99,9 +99,9 @@ impl Experiment {
             let name = &topology.nodes[later].name;
             (older >= WORTH_MS).then(|| {
                 format!(
-                    "chain {}: {} at the very instant of its arrival; a microsecond later its data are \
-                     up to {} ms older, as they may be on the real clock: try --knob \"wakes {name} \
-                     0.2\"",
+                    "chain {}: {} at the very instant of delivery; where messages come a microsecond \
+                     later the data are up to {} ms older, as they may be on the real clock: try \
+                     --knob \"wakes {name} 0.2\"",
                     chain.name,
                     told.join(" and "),
                     millis::text(older),

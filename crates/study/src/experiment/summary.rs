@@ -173,7 +173,7 @@ impl Summary {
             ages: Vec::new(),
             sim_time: verdict.at,
             wall_time: Duration::ZERO,
-            latency: Distribution::empty(),
+            latency: Distribution::default(),
             latencies: Vec::new(),
             topics: Vec::new(),
             nodes: Vec::new(),
@@ -205,7 +205,7 @@ impl Summary {
 fn latency(system: &dyn System, snapshot: &Snapshot) -> Distribution {
     let meter = system.latency();
     let distribution = meter.and_then(|(node, meter)| snapshot.meter(node, meter));
-    distribution.cloned().unwrap_or_else(Distribution::empty)
+    distribution.cloned().unwrap_or_default()
 }
 
 /// The latencies of the chains of `system`.
