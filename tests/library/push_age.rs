@@ -31,6 +31,8 @@ fn the_mean_is_over_time_and_not_over_pushes() {
     assert!((saw.mean_s(at_ms(40)).expect("time passed") - mean).abs() < 1e-15);
     let late = age.lately(at_ms(40)).map(|late| late.mean_s);
     assert_eq!(late, saw.mean_s(at_ms(40)));
+    // The run ended before the last push: the age goes on until that.
+    assert_eq!(saw.mean_s(at_ms(25)), saw.mean_s(at_ms(30)));
 }
 
 #[test]
