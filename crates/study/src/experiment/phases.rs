@@ -24,7 +24,7 @@ const PHASE: &str = "phase";
 const TRIED: Time = Time::from_nanos(5_000_000_000);
 
 /// Periods of the slowest node in a run that is looked through for ties.
-const PERIODS: u32 = 6;
+const PERIODS: u32 = 12;
 
 /// Messages from which on a share of them counts.
 const FEWEST: usize = 3;
