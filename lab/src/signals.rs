@@ -118,8 +118,8 @@ fn obey(mut signals: Signals) {
         if Recorder::any_is_open() {
             let name = stop_signal::name(signal);
             output::error(&format!(
-                "stopped by {name} before the recording was complete: it holds the run up to a \
-                 moment before"
+                "stopped by {name} before the recording was complete: ratelab info says how much \
+                 of the run it holds"
             ));
         }
         end_at_once();

@@ -126,8 +126,14 @@ fn two_signals_at_once_leave_a_recording_that_is_whole_or_told() {
     assert_eq!(output.status.code(), Some(143));
     let said = Said::of(&output.stderr);
     if said.contains("before the recording was complete") {
+        // A run at full speed may be cut off before anything of it is in the file.
         let info = folder.does("info run.rrd");
-        Said::of(&info.stdout).has("as far as the file is good");
+        if info.status.success() {
+            Said::of(&info.stdout).has("as far as the file is good");
+        } else {
+            assert_eq!(info.status.code(), Some(2));
+            Said::of(&info.stderr).has("nothing in this recording is whole");
+        }
     } else {
         folder.says("verify run.rrd").has("identical");
     }
