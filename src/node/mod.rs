@@ -51,6 +51,10 @@ impl Flow {
 pub type TickResult = Result<Flow, Box<dyn Error + Send + Sync>>;
 
 /// What a closure that is a node may return: nothing, a [`Flow`], or a [`TickResult`].
+#[diagnostic::on_unimplemented(
+    message = "a node returns nothing, a `Flow` or a `TickResult`",
+    note = "end a tick that uses `?` with `Ok(Flow::Continue)`"
+)]
 pub trait IntoTickResult {
     /// The result of the tick.
     ///
@@ -114,14 +118,19 @@ impl IntoTickResult for TickResult {
 /// # Ok::<(), Box<dyn std::error::Error + Send + Sync>>(())
 /// ```
 ///
-/// A closure that takes the [`Tick`] is a node as well; it may return nothing, a [`Flow`] or a
+/// A closure that takes `tick: &mut Tick` is a node as well; it may return nothing, a [`Flow`] or a
 /// [`TickResult`].
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a node",
+    note = "a node implements `Node`, or is a closure `move |tick: &mut Tick| ...` with that type"
+)]
 pub trait Node: Send {
     /// Does one period's work.
     ///
     /// # Errors
     /// Any failure of the node. The run ends with a [`Fault`]; after a [`NodeCrash`] it goes on
-    /// without the node.
+    /// without the node. What the tick has published at once is published; what waits for its end, and
+    /// its action, is not.
     fn tick(&mut self, tick: &mut Tick) -> TickResult;
 
     /// Applies the decision of a tick to the world outside of the graph, when the tick is over. Most

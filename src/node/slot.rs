@@ -6,7 +6,7 @@ use std::{
 };
 
 use super::{
-    Flow, Node, Panicked, TickResult,
+    Flow, Node, NodeCrash, Panicked, TickResult,
     job::{Job, JobKind, WorkTimes},
     last_tick::LastTick,
     stamp_clock::StampClock,
@@ -167,22 +167,23 @@ impl NodeSlot {
         self.tick.begin(now, true);
         self.record_begin();
         let outcome = self.unless_panicked(|node, tick| node.tick(tick));
-        match outcome {
-            Ok(flow) => {
-                self.running = Some(RunningTick {
-                    number: self.tick.number(),
-                    began: now,
-                    lateness,
-                    flow,
-                    noted: false,
-                });
-                Ok(Flow::Continue)
-            }
+        let flow = match &outcome {
+            Ok(flow) => *flow,
+            // The crash cuts it off.
+            Err(cause) if cause.is::<NodeCrash>() => Flow::Continue,
             Err(_) => {
                 self.record_end();
-                outcome
+                return outcome;
             }
-        }
+        };
+        self.running = Some(RunningTick {
+            number: self.tick.number(),
+            began: now,
+            lateness,
+            flow,
+            noted: false,
+        });
+        outcome.map(|_| Flow::Continue)
     }
 
     /// Ends that tick.
@@ -277,6 +278,7 @@ impl NodeSlot {
     pub(crate) fn begin_anew(&mut self) -> Result<(), String> {
         caught(|| self.rebuild()).unwrap_or_else(|panicked| Err(panicked.to_string()))?;
         self.panicked = None;
+        self.tick.forget_reads();
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! What a node gets for a tick: the time, its reads, and its messages.
 
-use std::{fmt, mem, time::Duration};
+use std::{fmt, time::Duration};
 
 use super::stamp_clock::StampClock;
 use crate::{
@@ -36,11 +36,11 @@ pub struct Tick {
     id: Option<TickId>,
     source: SourceRank,
     /// What the node read last with each of its subscriptions, in this tick or before.
-    reads: Vec<(SubscriptionKey, Cause)>,
+    reads: Vec<LastRead>,
     /// Whether the work is done, and only the effect on the world is left.
     is_over: bool,
-    /// The sensing behind what the node does to the world at the end.
-    acts_on: Option<Time>,
+    /// What the node does to the world at the end.
+    effect: Option<Effect>,
     /// The messages that wait for the end of a tick that takes time.
     held: Vec<Held>,
     /// Whether messages wait.
@@ -52,8 +52,26 @@ pub struct Tick {
 /// Publishes a message at a run time, with a stamp.
 type Held = Box<dyn FnOnce(Time, Time) + Send>;
 
-/// The number of a subscription's bus, and the index of its reader there.
-type SubscriptionKey = (usize, usize);
+/// What a node read last with a subscription.
+#[derive(Clone, Copy)]
+struct LastRead {
+    /// The number of the subscription's bus, and the index of its reader there.
+    key: (usize, usize),
+    cause: Cause,
+    /// Number of the tick.
+    tick: u64,
+    /// Whether the node reads every message, and so several in a tick.
+    reads_all: bool,
+}
+
+/// An effect on the world.
+#[derive(Clone, Copy)]
+enum Effect {
+    /// By what the node has read.
+    ByReads,
+    /// By a sensing at this run time.
+    On(Time),
+}
 
 impl Tick {
     /// A tick at run time `now` outside of a graph: for tests, and for whoever publishes to a running
@@ -65,7 +83,7 @@ impl Tick {
             source: SourceRank::UNKNOWN,
             reads: Vec::new(),
             is_over: false,
-            acts_on: None,
+            effect: None,
             held: Vec::new(),
             holds: false,
             clock: Arc::default(),
@@ -93,7 +111,7 @@ impl Tick {
         self.now = now;
         self.is_over = false;
         self.holds = lasts;
-        self.acts_on = None;
+        self.effect = None;
     }
 
     /// Ends its work: what is left is the effect on the world.
@@ -102,16 +120,19 @@ impl Tick {
         self.now = now;
         self.is_over = true;
         self.publish_held();
-        if let Some(sensed) = self.acts_on.take() {
-            self.record_action(sensed);
+        if let Some(effect) = self.effect.take() {
+            self.record_effect(effect);
         }
     }
 
     fn publish_held(&mut self) {
         self.holds = false;
-        let stamp = self.stamp();
-        for message in mem::take(&mut self.held) {
-            message(self.now, stamp);
+        if self.held.is_empty() {
+            return;
+        }
+        let (now, stamp) = (self.now, self.stamp());
+        for message in self.held.drain(..) {
+            message(now, stamp);
         }
     }
 
@@ -119,6 +140,11 @@ impl Tick {
     pub(crate) fn abort(&mut self) {
         self.held.clear();
         self.holds = false;
+    }
+
+    /// Forgets what the node has read, as a program does that is started again.
+    pub(crate) fn forget_reads(&mut self) {
+        self.reads.clear();
     }
 
     /// Its number, counted from zero.
@@ -146,7 +172,7 @@ impl Tick {
     #[inline]
     pub fn read<T: Payload>(&mut self, from: &mut Subscription<T>) -> Option<Message<T>> {
         let message = from.newest(self.now, self.number())?;
-        self.add_read(from.key(), message.cause());
+        self.add_read(from.key(), message.cause(), false);
         Some(message)
     }
 
@@ -155,15 +181,21 @@ impl Tick {
     /// node, it reads the one that this tick is for, once.
     pub fn read_next<T: Payload>(&mut self, from: &mut Subscription<T>) -> Option<Message<T>> {
         let message = from.next_unseen(self.now, self.number())?;
-        self.add_read(from.key(), message.cause());
+        self.add_read(from.key(), message.cause(), true);
         Some(message)
     }
 
     #[inline]
-    fn add_read(&mut self, key: SubscriptionKey, cause: Cause) {
-        match self.reads.iter_mut().find(|(known, _)| *known == key) {
-            Some((_, last)) => *last = cause,
-            None => self.reads.push((key, cause)),
+    fn add_read(&mut self, key: (usize, usize), cause: Cause, reads_all: bool) {
+        let read = LastRead {
+            key,
+            cause,
+            tick: self.number(),
+            reads_all,
+        };
+        match self.reads.iter_mut().find(|last| last.key == key) {
+            Some(last) => *last = read,
+            None => self.reads.push(read),
         }
     }
 
@@ -206,7 +238,7 @@ impl Tick {
     }
 
     /// Publishes such data at once, whatever the tick takes.
-    pub fn publish_now<T: Payload>(&self, to: &Publisher<T>, data: T) {
+    pub fn publish_at_once<T: Payload>(&self, to: &Publisher<T>, data: T) {
         let publication = Publication {
             stamp: self.now,
             ..self.beginning()
@@ -233,16 +265,23 @@ impl Tick {
     }
 
     fn beginning(&self) -> Publication {
-        let from = if self.reads.is_empty() {
-            Derived::Reads
-        } else {
-            Derived::Nothing
-        };
         Publication {
             origin: None,
             source: self.source,
-            from,
+            from: self.derived(None),
             ..self.publication()
+        }
+    }
+
+    /// What a message is derived from that has the data of this read.
+    fn derived(&self, behind: Option<&LastRead>) -> Derived {
+        match behind {
+            // What else this tick reads comes later.
+            Some(read) if read.reads_all || read.tick != self.number() => {
+                (read.cause.message).map_or(Derived::Reads, Derived::Message)
+            }
+            None if self.source.is_reader() => Derived::Nothing,
+            _ => Derived::Reads,
         }
     }
 
@@ -262,51 +301,65 @@ impl Tick {
         Publication {
             at: self.now,
             stamp: self.stamp(),
-            origin: behind.map(|cause| cause.sensed),
-            source: behind.map_or(self.source, |cause| cause.source),
+            origin: behind.map(|read| read.cause.sensed),
+            source: behind.map_or(self.source, |read| read.cause.source),
             by: self.id,
-            from: Derived::Reads,
+            from: self.derived(behind),
         }
     }
 
     /// The newest data that the node has read; `None` before it has read any. Of several sources the
     /// first node counts.
     #[inline]
-    fn behind(&self) -> Option<Cause> {
-        let reads = self.reads.iter().map(|(_, cause)| *cause);
-        reads.reduce(Cause::newer)
+    fn behind(&self) -> Option<&LastRead> {
+        self.reads.iter().reduce(|known, read| {
+            if read.cause.is_before(&known.cause) {
+                read
+            } else {
+                known
+            }
+        })
     }
 
     /// The age of the newest data that the node has read; `None` before it has read any.
     pub fn age(&self) -> Option<Duration> {
-        Some(self.now.since(self.behind()?.sensed))
+        Some(self.now.since(self.behind()?.cause.sensed))
     }
 
     /// Records that the node acts on the world by what it has read. Nothing is recorded before it has
     /// read anything.
     ///
     /// The action counts from the end of the tick, wherever this is called: so its age has all that
-    /// the tick takes.
+    /// the tick [takes](crate::Knob::Takes). The node's own work under the real clock is no part of it:
+    /// a tick without such a cost is over as it begins.
     pub fn act(&mut self) {
-        if let Some(cause) = self.behind() {
-            self.act_on(cause.sensed);
-        }
+        self.do_at_end(Effect::ByReads);
     }
 
     /// Records that the node acts on the world by a sensing at run time `sensed`, where the node
     /// knows it.
     pub fn act_on(&mut self, sensed: Time) {
+        self.do_at_end(Effect::On(sensed));
+    }
+
+    fn do_at_end(&mut self, effect: Effect) {
         if self.is_over {
-            self.record_action(sensed);
+            self.record_effect(effect);
         } else {
-            self.acts_on = Some(sensed);
+            self.effect = Some(effect);
         }
     }
 
-    fn record_action(&self, sensed: Time) {
-        let at = self.now;
-        self.records
-            .node(|| NodeRecord::Pushed(Push { at, sensed }));
+    fn record_effect(&self, effect: Effect) {
+        let sensed = match effect {
+            Effect::ByReads => self.behind().map(|read| read.cause.sensed),
+            Effect::On(sensed) => Some(sensed),
+        };
+        if let Some(sensed) = sensed {
+            let at = self.now;
+            self.records
+                .node(|| NodeRecord::Pushed(Push { at, sensed }));
+        }
     }
 }
 

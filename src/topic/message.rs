@@ -84,15 +84,12 @@ impl Cause {
         Self { sensed, ..self }
     }
 
-    /// The one that counts: the data of the first source, and of one source the newest.
+    /// Whether it counts, and not the other one: the data of the first source, and of one source the
+    /// newest.
     #[inline]
-    pub(crate) fn newer(self, other: Self) -> Self {
-        let is_newer = self.source == other.source && other.sensed > self.sensed;
-        if other.source < self.source || is_newer {
-            other
-        } else {
-            self
-        }
+    pub(crate) fn is_before(&self, other: &Self) -> bool {
+        let is_newer = self.source == other.source && self.sensed > other.sensed;
+        self.source < other.source || is_newer
     }
 }
 
@@ -111,9 +108,17 @@ impl SourceRank {
     /// The rank of what comes from outside of the graph.
     pub(crate) const UNKNOWN: Self = Self(u32::MAX);
 
+    /// The bit that puts nodes that read behind those that do not.
+    const READER: u32 = 1 << 31;
+
     /// The rank of the node with this index, which `reads` topics or does not.
     pub(crate) fn of(node: usize, reads: bool) -> Self {
-        let node = node as u32 & (u32::MAX >> 2);
-        Self(if reads { node | 1 << 31 } else { node })
+        let node = node as u32 & (Self::READER >> 1);
+        Self(if reads { node | Self::READER } else { node })
+    }
+
+    /// Whether it is that of a node that reads topics.
+    pub(crate) fn is_reader(self) -> bool {
+        self != Self::UNKNOWN && self.0 & Self::READER != 0
     }
 }

@@ -151,8 +151,19 @@ fn of_one_exposure_on_two_topics_the_one_counts_that_came_first() {
 /// What a node does with its tick that reads images and makes commands of them.
 type Commands = fn(&mut Tick, &mut [Subscription<f64>; 2], &Publisher<f64>);
 
+/// What a node does with its tick that acts by commands.
+type Acts = fn(&mut Tick, &mut Subscription<f64>);
+
 /// A camera with two links, a planner that makes `commands` of its images, and a motor.
 fn planned(commands: Commands) -> Arc<dyn System> {
+    acting(commands, |tick, act| {
+        tick.read(act);
+        tick.act();
+    })
+}
+
+/// Such a graph with another motor.
+fn acting(commands: Commands, acts: Acts) -> Arc<dyn System> {
     system(move |builder| {
         let [near, far, act] = ["/near", "/far", "/act"].map(|name| Topic::new(name, depth(1)));
         let graph = builder.graph();
@@ -166,7 +177,8 @@ fn planned(commands: Commands) -> Arc<dyn System> {
             move |tick: &mut Tick| commands(tick, &mut images, &act)
         })?;
         graph.node("motor", hz(100.0), 2, |wiring| {
-            Motor(wiring.subscription(&act))
+            let mut act = wiring.subscription(&act);
+            move |tick: &mut Tick| acts(tick, &mut act)
         })?;
         for link in ["link /near delay:100", "link /far delay:300"] {
             graph.set(&knob(link)).map_err(BuildError::Setting)?;
@@ -234,6 +246,109 @@ fn no_node_can_forget_what_its_data_were_derived_from() {
         let parts = age.parts.iter().map(|part| part.ns);
         assert_eq!(parts.sum::<i64>(), age.mean_ns, "{what}");
     }
+}
+
+/// Reads, publishes and acts in any order, in ticks that take time and in others.
+#[test]
+fn parts_sum_to_the_age_however_a_node_uses_its_tick() {
+    let passes: Commands = |tick, [near, _], act| {
+        tick.read(near);
+        tick.publish(act, 2.0);
+    };
+    let behind: Commands = |tick, [near, _], act| {
+        tick.publish(act, 2.0);
+        tick.read(near);
+    };
+    let all: Commands = |tick, [_, far], act| {
+        while tick.read_next(far).is_some() {
+            tick.publish(act, 2.0);
+        }
+    };
+    let new: Commands = |tick, [near, _], act| {
+        tick.read(near);
+        tick.publish_new(act, 2.0);
+    };
+    let pushes: Acts = |tick, act| {
+        tick.read(act);
+        tick.act();
+    };
+    let early: Acts = |tick, act| {
+        tick.act();
+        tick.read(act);
+    };
+    // In each third tick.
+    let seldom: Acts = |tick, act| {
+        tick.read(act);
+        if (tick.now().as_nanos() / 10_000_000).is_multiple_of(3) {
+            tick.act();
+        }
+    };
+    for (commands, acts, knobs) in [
+        (passes, pushes, "takes planner 5"),
+        (passes, early, "takes motor 5"),
+        (passes, seldom, "takes planner 5"),
+        (passes, seldom, "rate camera 3"),
+        (behind, pushes, "takes planner 25"),
+        (behind, seldom, ""),
+        (all, pushes, "rate planner 4; depth /far 10"),
+        (
+            all,
+            pushes,
+            "rate planner 4; depth /far 10; depth /act 10; read /act oldest",
+        ),
+        (new, pushes, "takes planner 5; takes motor 15"),
+        (
+            passes,
+            pushes,
+            "takes planner 5; 3.001 crash planner; 4 restart planner",
+        ),
+    ] {
+        let run = config(&format!("until 20; {knobs}"));
+        let mut experiment = Experiment::new(acting(commands, acts), &run).expect("a graph");
+        experiment.watch_ages();
+        let summary = experiment.run().expect("no fault");
+        let [age] = &summary.ages[..] else {
+            panic!("{knobs}: {:?}", summary.ages)
+        };
+        assert_eq!(age.apart_from_ns, None, "{knobs}: {age:?}");
+        let parts = age.parts.iter().map(|part| part.ns);
+        assert_eq!(parts.sum::<i64>(), age.mean_ns, "{knobs}");
+        let known = |part: &AgeShare| part.stage != AgeStage::Before;
+        assert!(age.parts.iter().all(known), "{knobs}: {age:?}");
+    }
+}
+
+#[test]
+fn a_tick_that_a_crash_cuts_off_has_its_number_and_its_reads() {
+    let (image, mut graph) = (Topic::new("/image", depth(1)), Graph::with(Effects));
+    talker(&mut graph, "camera", 10.0, 0, &image, |_| Some(()));
+    let build = move |wiring: &mut Wiring<'_>| {
+        let mut images = wiring.subscription(&image);
+        move |tick: &mut Tick| {
+            let read = tick.read(&mut images);
+            match read.filter(|image| image.seq == 5) {
+                Some(_) => Err(NodeCrash("a bad image".to_owned()).into()),
+                None => Ok(Flow::Continue),
+            }
+        }
+    };
+    let added = graph.restartable_node("detector", hz(10.0), 1, build, None);
+    added.expect("a node");
+    let ticks = TapHandle::of(&graph).ticks(ROOM);
+    run_virtual(
+        &mut graph,
+        "0 takes detector 30; 0.75 restart detector",
+        secs(1.0),
+    );
+    let mut numbers = Vec::new();
+    for tick in ticks[1].items().try_iter() {
+        let read = tick.causes.reads.iter().map(|read| read.message.seq);
+        let (at, ended) = (tick.at.as_nanos() / 1_000_000, tick.ends.is_some());
+        assert_eq!(read.collect::<Vec<_>>(), [at / 100], "{tick:?}");
+        assert_eq!(ended, at != 500 && at != 1000, "{tick:?}");
+        numbers.push(tick.number);
+    }
+    assert!(numbers.iter().copied().eq(0..9), "{numbers:?}");
 }
 
 /// Longer than what is counted at a time, and with other ages in its second half.

@@ -129,7 +129,8 @@ fn push_age(system: &dyn System, summary: &Summary, age: MeanPushAge) -> String 
 /// Whether `age` is the push age of the run, which has a line of its own.
 fn is_told(summary: &Summary, age: &RunAge) -> bool {
     let mean = summary.push_age().map(|age| ms(age.run_s));
-    age.chain.is_none() && mean.is_some_and(|mean| mean == ms(ages::mean_and_p99_s(age)[0]))
+    let is_whole = age.chain.is_none() && age.apart_from_ns.is_none();
+    is_whole && mean.is_some_and(|mean| mean == ms(ages::mean_and_p99_s(age)[0]))
 }
 
 /// What the states cost on average; those of a fall count as long as it stood.

@@ -170,9 +170,8 @@ impl Lineage {
             Derived::Reads => worked.beginnings.clone()?,
             Derived::Nothing => Beginnings::new(),
         };
-        // A node that had read nothing by then begins data, too.
-        if self.nodes[by.node].begins || sent.origin.is_none() || sent.from == Derived::Nothing {
-            add_newest(&mut beginnings, (by.node, worked.tick.at));
+        if self.nodes[by.node].begins || sent.from == Derived::Nothing {
+            add_newest(&mut beginnings, (by.node, begin_of(sent, worked)));
         }
         Some(beginnings)
     }
@@ -217,6 +216,16 @@ impl Lineage {
             let settled = ticks.take_while(|worked| worked.beginnings.is_some());
             record.settled += settled.count();
         }
+    }
+}
+
+/// When data began with a message that this tick published: as the tick did, or as it ended if the node
+/// published then.
+pub(super) fn begin_of(sent: &Head, worked: &TracedTick) -> Time {
+    if sent.origin.is_some() {
+        worked.tick.at
+    } else {
+        sent.at
     }
 }
 

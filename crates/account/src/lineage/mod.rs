@@ -62,6 +62,8 @@ struct TracedNode {
     executor: Option<Executor>,
     /// Whether it reads nothing, and so begins data.
     begins: bool,
+    /// Whether any of its actions is recorded.
+    acts: bool,
     ticks: VecDeque<TracedTick>,
     /// Number of these ticks with known beginnings of their data.
     settled: usize,
@@ -213,6 +215,7 @@ impl Lineage {
         reads.reverse();
         let before = node.ticks.back().into_iter().flat_map(TracedTick::reads);
         before.for_each(|read| add_read(&mut reads, read));
+        node.acts |= tick.push.is_some();
         node.ticks.push_back(TracedTick {
             tick,
             reads,

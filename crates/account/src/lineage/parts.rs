@@ -5,7 +5,7 @@ use std::time::Duration;
 use ratelab::{MessageId, Time, Topology};
 use smallvec::SmallVec;
 
-use super::{DataWay, Lineage, sensing_of};
+use super::{DataWay, Lineage, TracedTick, causes::begin_of, sensing_of};
 
 /// Maximum number of messages in a chain.
 pub(super) const MOST_HOPS: usize = 64;
@@ -194,13 +194,23 @@ impl Lineage {
                 _ => return None,
             }
             if let Some((node, index)) = made {
-                let began = self.nodes[node].ticks[index].tick.at;
+                let worked = &self.nodes[node].ticks[index];
+                let began = read.map_or_else(
+                    || begin_of(sent, worked),
+                    |read| self.works_from(read, worked),
+                );
                 parts.add(AgeStage::Cost(node), began, sent.at);
             }
             parts.add(AgeStage::Link(message.topic), sent.at, sent.arrives?);
             read = Some(message);
         }
         is_whole.then_some(parts)
+    }
+
+    /// From when on a tick works on a message: its start, or the delivery of one that it reads later.
+    pub(super) fn works_from(&self, read: MessageId, worked: &TracedTick) -> Time {
+        let arrives = self.head(read).and_then(|sent| sent.arrives);
+        worked.tick.at.max(arrives.unwrap_or_default())
     }
 
     /// Whether data may begin with a message that this node published.

@@ -76,20 +76,30 @@ impl Lineage {
     /// the first push, and where its chain is unknown.
     pub fn push_at(&self, node: usize, at: Time) -> Option<PushInForce> {
         let ticks = &self.nodes.get(node)?.ticks;
-        let last = ticks.partition_point(|worked| worked.ends() <= at);
-        self.push_of(node, last.checked_sub(1)?)
+        let ended = ticks.partition_point(|worked| worked.ends() <= at);
+        let last = (0..ended).rev().find(|index| self.acts(node, *index))?;
+        self.push_of(node, last)
+    }
+
+    /// Whether a tick acts: one of a node whose actions are recorded has one. The end of another chain
+    /// acts in each tick.
+    fn acts(&self, node: usize, index: usize) -> bool {
+        let known = &self.nodes[node];
+        self.beside || !known.acts || known.ticks[index].tick.push.is_some()
     }
 
     /// The push applied by the tick with this index, for the first time or again.
     pub(super) fn push_of(&self, node: usize, index: usize) -> Option<PushInForce> {
         let ticks = &self.nodes[node].ticks;
         let (message, source) = self.applied_by(node, index)?;
-        let first = self.first_read(message, node, index);
+        let mut series = self.first_read(message, node, index)..=index;
+        let first = series.find(|index| self.acts(node, *index))?;
         let mut parts = self.parts_at_arrival(message, source)?;
         self.add_reading(&mut parts, message, node, first);
         let TracedTick { tick, .. } = &ticks[first];
         let since = tick.ends?;
-        parts.add(AgeStage::Cost(node), tick.at, since);
+        let began = self.works_from(message, &ticks[first]);
+        parts.add(AgeStage::Cost(node), began, since);
         // That of another chain through the node is not measured by its pushes.
         if let Some(push) = ticks[index].tick.push.filter(|_| !self.beside) {
             // What is recorded of the chain may begin later.
@@ -133,7 +143,8 @@ impl Lineage {
     /// All pushes of a node with known chains, oldest first.
     pub fn pushes(&self, node: usize) -> Vec<PushInForce> {
         let mut pushes: Vec<PushInForce> = Vec::new();
-        for index in 0..self.nodes[node].ticks.len() {
+        let ticks = 0..self.nodes[node].ticks.len();
+        for index in ticks.filter(|index| self.acts(node, *index)) {
             let applied = self.applied_by(node, index);
             let again = pushes.last().map(|push| push.message);
             if applied.map(|(message, _)| message) != again {
@@ -162,7 +173,10 @@ impl Lineage {
         let mut ended = ticks.map_or(0, |ticks| ticks.partition_point(|known| known.ends() < to));
         let mut end = to;
         iter::from_fn(move || {
-            let is_over = |place: &usize| ticks.is_some_and(|ticks| ticks[*place].ends() < end);
+            let is_over = |place: &usize| {
+                let known = ticks.is_some_and(|ticks| ticks[*place].ends() < end);
+                known && self.acts(node, *place)
+            };
             ended = (0..ended).rev().find(is_over).filter(|_| end > from)? + 1;
             let push = self.push_of(node, ended - 1)?;
             let until = mem::replace(&mut end, push.since);

@@ -127,7 +127,7 @@ impl Node for Player {
             step.index = newest.place_by_time(now) as f64;
         }
         if step.taken + step.stalls > 0.0 {
-            tick.publish_now(&self.steps, step);
+            tick.publish_at_once(&self.steps, step);
         }
         if let Some(planned) = &planned {
             let step = PlayerStep {
