@@ -164,9 +164,11 @@ impl AgeShare {
 
 impl RunAge {
     /// Whether no part is below zero, as one is after the error of a clock: then the parts are shares
-    /// of a whole.
+    /// of a whole. A thousandth is no such error: on the real clock a node may read a message that came
+    /// after its tick began.
     pub fn has_shares(&self) -> bool {
-        self.parts.iter().all(|part| part.ns >= 0)
+        let least = -self.mean_ns.abs() / 1000;
+        self.parts.iter().all(|part| part.ns >= least)
     }
 
     /// This age, without its parts if they do not sum to the mean that the run `measured` (ms): that
