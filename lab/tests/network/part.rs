@@ -94,8 +94,13 @@ impl Part {
 
 impl Drop for Part {
     fn drop(&mut self) {
+        let ended = self.child.try_wait();
         let _ = self.child.kill();
         let _ = self.child.wait();
+        if thread::panicking() {
+            let notes: Vec<String> = self.notes.iter().collect();
+            eprintln!("another part: {ended:?}\n{}", notes.join("\n"));
+        }
     }
 }
 
