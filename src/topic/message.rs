@@ -113,7 +113,7 @@ impl SourceRank {
 
     /// The rank of the node with this index, which `reads` topics or does not.
     pub(crate) fn of(node: usize, reads: bool) -> Self {
-        let node = node as u32 & (Self::READER >> 1);
+        let node = node as u32 & (Self::READER - 1);
         Self(if reads { node | Self::READER } else { node })
     }
 

@@ -351,6 +351,58 @@ fn a_tick_that_a_crash_cuts_off_has_its_number_and_its_reads() {
     assert!(numbers.iter().copied().eq(0..9), "{numbers:?}");
 }
 
+#[test]
+fn a_push_with_data_of_several_nodes_has_an_age_by_each() {
+    let sources = [("map", 1.0, 500_000_000), ("camera", 10.0, 50_000_000)];
+    let ages = |order: [usize; 2]| {
+        let system = system(move |builder| {
+            let topics = ["/map", "/camera"].map(|name| Topic::new(name, depth(1)));
+            let act = Topic::new("/act", depth(1));
+            let graph = builder.graph();
+            for source in order {
+                let (name, rate, _) = sources[source];
+                graph.node(name, hz(rate), 0, |wiring| {
+                    let topic = wiring.publisher(&topics[source]);
+                    move |tick: &mut Tick| tick.publish(&topic, 1.0)
+                })?;
+            }
+            graph.node("planner", hz(100.0), 1, |wiring| {
+                let mut inputs = topics.each_ref().map(|topic| wiring.subscription(topic));
+                let act = wiring.publisher(&act);
+                move |tick: &mut Tick| {
+                    inputs.iter_mut().for_each(|input| drop(tick.read(input)));
+                    tick.publish(&act, 2.0);
+                }
+            })?;
+            graph.node("motor", hz(100.0), 2, |wiring| {
+                Motor(wiring.subscription(&act))
+            })?;
+            Ok(())
+        });
+        let mut experiment = Experiment::new(system, &config("until 20")).expect("a graph");
+        experiment.watch_ages();
+        experiment.run().expect("no fault").ages
+    };
+    for order in [[0, 1], [1, 0]] {
+        let told = ages(order);
+        let told: Vec<_> = told
+            .iter()
+            .map(|age| {
+                let parts = age.parts.iter().map(|part| part.ns);
+                assert_eq!(parts.sum::<i64>(), age.mean_ns, "{age:?}");
+                assert_eq!(age.apart_from_ns, None, "{age:?}");
+                (age.source.as_deref(), age.is_beside, age.mean_ns)
+            })
+            .collect();
+        let [first, second] = order.map(|source| sources[source]);
+        let expected = [
+            (Some(first.0), false, first.2),
+            (Some(second.0), true, second.2),
+        ];
+        assert_eq!(told, expected);
+    }
+}
+
 /// Longer than what is counted at a time, and with other ages in its second half.
 #[test]
 fn a_push_beside_a_chain_has_its_parts_to_the_end_of_a_long_run() {

@@ -59,7 +59,9 @@ fn parts(age: &RunAge) -> Vec<(&'static str, String)> {
 
 /// What is old, and where.
 pub fn title(age: &RunAge) -> String {
-    format!("{} at {}", age.chain.unwrap_or("push"), age.node)
+    let data = age.source.as_ref();
+    let data = data.map_or_else(String::new, |source| format!(", data of {source}"));
+    format!("{} at {}{data}", age.chain.unwrap_or("push"), age.node)
 }
 
 fn words(part: &AgeShare) -> String {
@@ -90,7 +92,7 @@ pub fn json(ages: &[RunAge]) -> Value {
                 "ns": part.ns,
             })
         });
-        json!({
+        let mut row = json!({
             "of": age.chain.unwrap_or("push"),
             "at": age.node,
             "mean_ms": in_ms(age.mean_ns),
@@ -98,7 +100,11 @@ pub fn json(ages: &[RunAge]) -> Value {
             "p99_ms": in_ms(age.p99_ns),
             "p99_ns": age.p99_ns,
             "parts": parts.collect::<Vec<_>>(),
-        })
+        });
+        if let Some(source) = &age.source {
+            row["source"] = json!(source);
+        }
+        row
     });
     ages.collect()
 }

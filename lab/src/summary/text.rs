@@ -123,13 +123,16 @@ fn push_age(system: &dyn System, summary: &Summary, age: MeanPushAge) -> String 
     let first = system
         .latency()
         .map(|(_, meter)| format!("; {meter} is the age as a push begins"));
-    format!("mean {run}{p99}{late}{}", first.unwrap_or_default())
+    let source = told.and_then(|age| age.source.as_ref());
+    let source = source.map_or_else(String::new, |source| format!(", data of {source}"));
+    format!("mean {run}{p99}{late}{source}{}", first.unwrap_or_default())
 }
 
 /// Whether `age` is the push age of the run, which has a line of its own.
 fn is_told(summary: &Summary, age: &RunAge) -> bool {
     let mean = summary.push_age().map(|age| ms(age.run_s));
-    let is_whole = age.chain.is_none() && age.apart_from_ns.is_none();
+    let is_push = age.chain.is_none() && !age.is_beside;
+    let is_whole = is_push && age.apart_from_ns.is_none();
     is_whole && mean.is_some_and(|mean| mean == ms(ages::mean_and_p99_s(age)[0]))
 }
 

@@ -117,8 +117,12 @@ impl RunTables {
 /// An age, then each of its parts.
 fn age_rows(age: &RunAge) -> Vec<Vec<String>> {
     let row = |part: &str, owner: &str, ns: i64| {
-        let of = age.chain.unwrap_or("push");
-        let words = [of, &age.node, part, owner].map(str::to_owned);
+        let source = age.source.as_ref().filter(|_| age.is_beside);
+        let of = source.map_or_else(
+            || age.chain.unwrap_or("push").to_owned(),
+            |source| format!("push, data of {source}"),
+        );
+        let words = [&*of, &age.node, part, owner].map(str::to_owned);
         words.into_iter().chain([milliseconds(ns)]).collect()
     };
     let parts = age.parts.iter();

@@ -136,8 +136,8 @@ impl Lineage {
         let worked = &self.nodes[node].ticks[index];
         match &self.way {
             DataWay::Along(path) => Some((worked.read_of(*path.last()?)?, None)),
-            DataWay::FromSource => {
-                let source = self.first_source(worked)?;
+            DataWay::FromSource(source) => {
+                let source = source.or_else(|| self.first_source(worked))?;
                 Some((self.newest_read(node, index, source)?, Some(source)))
             }
         }

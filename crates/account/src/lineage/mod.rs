@@ -43,8 +43,8 @@ pub struct Lineage {
 enum DataWay {
     /// Along these topics, the sensor's first, to the node that acts.
     Along(Vec<usize>),
-    /// By the newest data of the first node that began any.
-    FromSource,
+    /// By the newest data of this node that began some; of the first one that did, if it is `None`.
+    FromSource(Option<usize>),
 }
 
 /// A topic and its messages.
@@ -133,7 +133,7 @@ impl Lineage {
             topics: topics.collect(),
             nodes: nodes.collect(),
             topology,
-            way: DataWay::FromSource,
+            way: DataWay::FromSource(None),
             beside: false,
             kept: usize::MAX,
         };
@@ -165,7 +165,7 @@ impl Lineage {
         let is_known = places.is_some();
         self.way = match places {
             Some(path) if !path.is_empty() => DataWay::Along(path),
-            _ => DataWay::FromSource,
+            _ => DataWay::FromSource(None),
         };
         is_known
     }
@@ -179,6 +179,24 @@ impl Lineage {
         // What came while it went along a path has no beginnings yet.
         self.settle();
         is_known
+    }
+
+    /// Goes by the data of this `source` from now on, whatever else is behind a push.
+    pub fn go_from(&mut self, source: usize) {
+        self.beside = true;
+        self.way = DataWay::FromSource(Some(source));
+        self.settle();
+    }
+
+    /// The nodes that read nothing, and so begin data.
+    pub fn sources(&self) -> impl Iterator<Item = usize> {
+        let nodes = self.nodes.iter().enumerate();
+        nodes.filter_map(|(index, node)| node.begins.then_some(index))
+    }
+
+    /// Whether any action of the node with index `node` is known.
+    pub fn acts_on_the_world(&self, node: usize) -> bool {
+        self.nodes[node].acts
     }
 
     /// The graph.

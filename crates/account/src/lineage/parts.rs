@@ -217,7 +217,7 @@ impl Lineage {
     fn may_begin(&self, message: MessageId, node: usize, source: Option<usize>) -> bool {
         match &self.way {
             DataWay::Along(path) => path.first() == Some(&message.topic),
-            DataWay::FromSource => source == Some(node),
+            DataWay::FromSource(_) => source == Some(node),
         }
     }
 

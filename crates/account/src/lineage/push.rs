@@ -5,7 +5,7 @@ use std::{iter, mem, time::Duration};
 use ratelab::{MessageId, Time};
 
 use super::{
-    Lineage, TracedTick,
+    DataWay, Lineage, TracedTick,
     parts::{AgePart, AgeParts, AgeStage, MOST_HOPS, signed},
 };
 
@@ -85,7 +85,8 @@ impl Lineage {
     /// acts in each tick.
     fn acts(&self, node: usize, index: usize) -> bool {
         let known = &self.nodes[node];
-        self.beside || !known.acts || known.ticks[index].tick.push.is_some()
+        let is_chain = self.beside && matches!(self.way, DataWay::Along(_));
+        is_chain || !known.acts || known.ticks[index].tick.push.is_some()
     }
 
     /// The push applied by the tick with this index, for the first time or again.

@@ -28,6 +28,11 @@ pub struct RunAge {
     pub chain: Option<&'static str>,
     /// The node at its end.
     pub node: String,
+    /// The node that began the data, where there are data of several behind the push.
+    pub source: Option<String>,
+    /// Whether it stands beside the age of the same push by the data of an earlier source, which is the
+    /// one that the run measures.
+    pub is_beside: bool,
     /// Its mean (ns).
     pub mean_ns: i64,
     /// What it does not exceed for 99 % of the time (ns), to the microsecond.
@@ -60,6 +65,8 @@ pub struct RunAges {
 struct AgeWay {
     chain: Option<&'static str>,
     node: usize,
+    /// The node that began the data; `None` for the first one that did.
+    source: Option<usize>,
     topics: &'static [&'static str],
     until: Time,
     ages: AgeOverTime,
@@ -85,16 +92,23 @@ impl RunAges {
             None if chains.is_empty() => (0..topology.nodes.len()).collect(),
             None => Vec::new(),
         };
-        let pushes = pushes.into_iter().map(|node| (None, node, &[][..]));
-        let ends =
-            ends.filter_map(|(chain, node, topics)| Some((chain, topology.node(node)?, topics)));
-        let ways = pushes.chain(ends).map(|(chain, node, topics)| AgeWay {
-            chain,
-            node,
-            topics,
-            until: Time::ZERO,
-            ages: AgeOverTime::default(),
+        let ends = ends.filter_map(|(chain, node, topics)| {
+            Some(AgeWay {
+                chain,
+                topics,
+                ..AgeWay::of_push(topology.node(node)?, None)
+            })
         });
+        let sources: Vec<usize> = match acts {
+            None if lineage.sources().count() > 1 => lineage.sources().collect(),
+            _ => Vec::new(),
+        };
+        let ways = pushes.iter().flat_map(|node| {
+            let sources = sources.iter().map(|source| Some(*source));
+            let sources = [None].into_iter().chain(sources);
+            sources.map(|source| AgeWay::of_push(*node, source))
+        });
+        let ways = ways.chain(ends);
         Self {
             ways: ways.collect(),
             lineage,
@@ -105,7 +119,14 @@ impl RunAges {
     fn advance(&mut self, end: Option<RunEnd>) {
         let Self { lineage, ways } = self;
         for way in ways {
-            if !lineage.go_along(way.topics) {
+            match way.source {
+                Some(source) => lineage.go_from(source),
+                None if !lineage.go_along(way.topics) => continue,
+                None => {}
+            }
+            // Of a graph of the library each node might.
+            if way.chain.is_none() && way.topics.is_empty() && !lineage.acts_on_the_world(way.node)
+            {
                 continue;
             }
             let newest = || Some(lineage.push_at(way.node, Time::MAX)?.since);
@@ -135,7 +156,22 @@ impl RunAges {
         };
         let ways = self.ways.iter();
         let ways = ways.filter(|way| way.chain.is_some() || pushed(way.node));
-        ways.filter_map(|way| way.age(topology)).collect()
+        let mut ages: Vec<RunAge> = Vec::new();
+        for age in ways.filter_map(|way| way.age(topology)) {
+            match ages.last_mut() {
+                // The data of the first source are those of the push itself.
+                Some(push) if age.is_beside && push.source.is_none() => push.source = age.source,
+                _ => ages.push(age),
+            }
+        }
+        for place in 0..ages.len() {
+            let next = ages.get(place + 1);
+            let is_one_of_several = ages[place].is_beside || next.is_some_and(|age| age.is_beside);
+            if !is_one_of_several {
+                ages[place].source = None;
+            }
+        }
+        ages
     }
 }
 
@@ -189,6 +225,18 @@ impl RunAge {
 }
 
 impl AgeWay {
+    /// That of the push of a node, with data from the node `source`.
+    fn of_push(node: usize, source: Option<usize>) -> Self {
+        Self {
+            chain: None,
+            node,
+            source,
+            topics: &[],
+            until: Time::ZERO,
+            ages: AgeOverTime::default(),
+        }
+    }
+
     fn age(&self, topology: &Topology) -> Option<RunAge> {
         let mut parts: Vec<AgeShare> = Vec::new();
         for (stage, ns) in self.ages.parts() {
@@ -207,6 +255,8 @@ impl AgeWay {
         Some(RunAge {
             chain: self.chain,
             node: topology.nodes[self.node].name.clone(),
+            source: (self.source).map(|source| topology.nodes[source].name.clone()),
+            is_beside: self.source.is_some(),
             mean_ns: self.ages.mean_ns()?,
             p99_ns: self.ages.quantile(0.99)?,
             parts,

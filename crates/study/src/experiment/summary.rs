@@ -82,6 +82,7 @@ impl Summary {
                 let chain = chains.iter().find(|chain| chain.name() == name)?;
                 chain.mean_ms(self.sim_time, &self.chains)
             }
+            None if age.is_beside => None,
             None => {
                 let pushes = self.node(&age.node)?.push_age.saw()?;
                 pushes.mean_s(self.sim_time).map(|seconds| seconds * 1e3)
