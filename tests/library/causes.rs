@@ -249,62 +249,66 @@ fn no_node_can_forget_what_its_data_were_derived_from() {
 }
 
 /// Reads, publishes and acts in any order, in ticks that take time and in others.
-#[test]
-fn parts_sum_to_the_age_however_a_node_uses_its_tick() {
-    let passes: Commands = |tick, [near, _], act| {
+const USES: &[(Commands, Acts, &str)] = {
+    const PASSES: Commands = |tick, [near, _], act| {
         tick.read(near);
         tick.publish(act, 2.0);
     };
-    let behind: Commands = |tick, [near, _], act| {
+    const BEHIND: Commands = |tick, [near, _], act| {
         tick.publish(act, 2.0);
         tick.read(near);
     };
-    let all: Commands = |tick, [_, far], act| {
+    const ALL: Commands = |tick, [_, far], act| {
         while tick.read_next(far).is_some() {
             tick.publish(act, 2.0);
         }
     };
-    let new: Commands = |tick, [near, _], act| {
+    const NEW: Commands = |tick, [near, _], act| {
         tick.read(near);
         tick.publish_new(act, 2.0);
     };
-    let pushes: Acts = |tick, act| {
+    const PUSHES: Acts = |tick, act| {
         tick.read(act);
         tick.act();
     };
-    let early: Acts = |tick, act| {
+    const EARLY: Acts = |tick, act| {
         tick.act();
         tick.read(act);
     };
     // In each third tick.
-    let seldom: Acts = |tick, act| {
+    const SELDOM: Acts = |tick, act| {
         tick.read(act);
         if (tick.now().as_nanos() / 10_000_000).is_multiple_of(3) {
             tick.act();
         }
     };
-    for (commands, acts, knobs) in [
-        (passes, pushes, "takes planner 5"),
-        (passes, early, "takes motor 5"),
-        (passes, seldom, "takes planner 5"),
-        (passes, seldom, "rate camera 3"),
-        (behind, pushes, "takes planner 25"),
-        (behind, seldom, ""),
-        (all, pushes, "rate planner 4; depth /far 10"),
+    &[
+        (PASSES, PUSHES, "takes planner 5"),
+        (PASSES, EARLY, "takes motor 5"),
+        (PASSES, SELDOM, "takes planner 5"),
+        (PASSES, SELDOM, "rate camera 3"),
+        (BEHIND, PUSHES, "takes planner 25"),
+        (BEHIND, SELDOM, ""),
+        (ALL, PUSHES, "rate planner 4; depth /far 10"),
         (
-            all,
-            pushes,
+            ALL,
+            PUSHES,
             "rate planner 4; depth /far 10; depth /act 10; read /act oldest",
         ),
-        (new, pushes, "takes planner 5; takes motor 15"),
+        (NEW, PUSHES, "takes planner 5; takes motor 15"),
         (
-            passes,
-            pushes,
+            PASSES,
+            PUSHES,
             "takes planner 5; 3.001 crash planner; 4 restart planner",
         ),
-    ] {
+    ]
+};
+
+#[test]
+fn parts_sum_to_the_age_however_a_node_uses_its_tick() {
+    for (commands, acts, knobs) in USES {
         let run = config(&format!("until 20; {knobs}"));
-        let mut experiment = Experiment::new(acting(commands, acts), &run).expect("a graph");
+        let mut experiment = Experiment::new(acting(*commands, *acts), &run).expect("a graph");
         experiment.watch_ages();
         let summary = experiment.run().expect("no fault");
         let [age] = &summary.ages[..] else {
@@ -370,7 +374,9 @@ fn a_push_with_data_of_several_nodes_has_an_age_by_each() {
                 let mut inputs = topics.each_ref().map(|topic| wiring.subscription(topic));
                 let act = wiring.publisher(&act);
                 move |tick: &mut Tick| {
-                    inputs.iter_mut().for_each(|input| drop(tick.read(input)));
+                    for input in &mut inputs {
+                        tick.read(input);
+                    }
                     tick.publish(&act, 2.0);
                 }
             })?;

@@ -1,6 +1,6 @@
 //! A graph of one topic, for hops: a node that publishes when it ticks.
 
-use ratelab::{Tick, Time};
+use ratelab::Tick;
 use ratelab_account::fields;
 use ratelab_study::system::{BuildError, Builder, System};
 use ratelab_wire::machine;
@@ -32,7 +32,6 @@ impl System for Hop {
         builder.node(SOURCE, f64::from(self.0), 0, move |wiring| {
             let topic = wiring.publisher(&published);
             move |tick: &mut Tick| {
-                let now = tick.now();
                 let at = machine::now() as f64;
                 tick.publish(&topic, Sent { at });
             }
