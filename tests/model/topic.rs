@@ -11,7 +11,7 @@ use crate::{
 
 /// Reads `times` times; returns the sequence numbers, newest message last.
 fn read(subscription: &mut Subscription<u64>, times: usize) -> Vec<u64> {
-    let seen = (0..times).filter_map(|_| Tick::at(Time::MAX).read(&mut subscription));
+    let seen = (0..times).filter_map(|_| Tick::at(Time::MAX).read(subscription));
     seen.map(|message| {
         assert_eq!(message.data, message.seq, "torn message");
         message.seq
