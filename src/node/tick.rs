@@ -169,6 +169,9 @@ impl Tick {
     ///
     /// With [`ReadOrder::Oldest`](crate::ReadOrder::Oldest) it reads the oldest unread message
     /// instead. If its messages trigger the node, it reads the one that this tick is for.
+    ///
+    /// Reads belong into [`Node::tick`](crate::Node::tick): what a node reads in
+    /// [`Node::apply`](crate::Node::apply) may have come after its tick began.
     #[inline]
     pub fn read<T: Payload>(&mut self, from: &mut Subscription<T>) -> Option<Message<T>> {
         let message = from.newest(self.now, self.number())?;
