@@ -129,11 +129,10 @@ impl RunAges {
             {
                 continue;
             }
-            let newest = || Some(lineage.push_at(way.node, Time::MAX)?.since);
             let until = match (end, way.chain) {
                 (None, _) => last_end(lineage, way.node),
                 (Some(run), Some(_)) => Some(run.chains),
-                (Some(run), None) => newest().max(Some(run.at)),
+                (Some(run), None) => last_sensing(lineage, way.node).max(Some(run.at)),
             };
             let until = until.unwrap_or(way.until);
             way.ages.extend(lineage, way.node, way.until, until);
@@ -189,6 +188,18 @@ struct RunEnd {
 fn last_end(lineage: &Lineage, node: usize) -> Option<Time> {
     let mut ticks = lineage.ticks(node).rev();
     ticks.find_map(|worked| worked.tick.ends)
+}
+
+/// When a node acted first by the sensing of its last action: to there, or to the end of the run, the run
+/// measures the age of what it does.
+fn last_sensing(lineage: &Lineage, node: usize) -> Option<Time> {
+    let mut pushes = lineage
+        .ticks(node)
+        .rev()
+        .filter_map(|worked| worked.tick.push);
+    let last = pushes.next()?;
+    let first = pushes.take_while(|push| push.sensed == last.sensed).last();
+    Some(first.unwrap_or(last).at)
 }
 
 impl AgeShare {
