@@ -713,6 +713,32 @@ fn on_the_real_clock_too_they_are_one_number() {
     }
 }
 
+/// A command that is published again and again has the same sensing: the run may end in between.
+#[test]
+fn on_the_real_clock_the_parts_of_a_push_sum_to_what_the_run_measured() {
+    let again: Commands = |tick, [near, _], act| {
+        if tick.read_next(near).is_none() {
+            tick.publish(act, 2.0);
+        }
+    };
+    let acts: Acts = |tick, act| {
+        tick.read(act);
+        tick.act();
+    };
+    let compared = || {
+        let run = config("real; until 0.4");
+        let mut experiment = Experiment::new(acting(again, acts), &run).expect("a graph");
+        experiment.watch_ages();
+        let summary = experiment.run().expect("no fault");
+        for age in &summary.ages {
+            assert_eq!(age.apart_from_ns, None, "{age:?}");
+        }
+        summary.ages.len()
+    };
+    // On a machine that is too busy no data may come through at first.
+    assert!((0..10).any(|_| compared() > 0));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(number("RATELAB_CASES", 300)))]
     #[test]
