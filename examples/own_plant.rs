@@ -63,7 +63,7 @@ impl Node for Rotors {
         // 20 N at most.
         self.state.climb += (newton.clamp(0.0, 20.0) - 9.81) / 100.0;
         self.state.height += self.state.climb / 100.0;
-        // A new look at the world, not derived from the thrust.
+        // Sensed anew, not derived from the thrust.
         tick.publish_new(&self.states, self.state);
         let flies = self.state.height > 0.0;
         Ok(if flies { Flow::Continue } else { Flow::End })

@@ -76,7 +76,8 @@
 //!
 //! A message: [`Tick::publish`] gives it to its topic, or keeps it until a tick is over that takes
 //! time; with a link it is in transit until its [`Channel`] delivers it, in what comes next on the
-//! topic; the queue evicts what is beyond its depth; [`Tick::read`] reads it. The topic sends a record of each step to the [`Sink`].
+//! topic; the queue evicts what is beyond its depth; [`Tick::read`] reads it. The topic sends a record
+//! of each step to the [`Sink`].
 //!
 //! # A graph in twenty lines
 //!

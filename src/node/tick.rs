@@ -95,7 +95,7 @@ impl Tick {
     pub(crate) fn of_node(records: RecordSender, clock: Arc<StampClock>, reads: bool) -> Self {
         let node = records.index();
         Self {
-            source: SourceRank::of(node, reads),
+            source: SourceRank::new(node, reads),
             clock,
             records,
             ..Self::at(Time::ZERO)
@@ -208,7 +208,7 @@ impl Tick {
     /// time the message waits for the end of the tick, and is stamped then.
     #[inline]
     pub fn publish<T: Payload>(&mut self, to: &Publisher<T>, data: T) {
-        let publication = self.publication();
+        let publication = self.publication(self.behind());
         self.send(to, data, publication);
     }
 
@@ -228,23 +228,23 @@ impl Tick {
             origin: Some(sensed),
             source,
             from: message.map_or(Derived::Reads, Derived::Message),
-            ..self.publication()
+            ..self.publication(None)
         };
         self.send(to, data, publication);
     }
 
-    /// Publishes data that begin with this tick, whatever the node has read: as a node does that looks
-    /// at the world, or speaks of itself.
+    /// Publishes data that begin with this tick, whatever the node has read: as a node does that senses
+    /// the world, or reports its own state.
     pub fn publish_new<T: Payload>(&mut self, to: &Publisher<T>, data: T) {
-        let publication = self.beginning();
+        let publication = self.publication(None);
         self.send(to, data, publication);
     }
 
-    /// Publishes such data at once, whatever the tick takes.
+    /// Publishes data that begin with this tick at once, whatever the tick takes.
     pub fn publish_at_once<T: Payload>(&self, to: &Publisher<T>, data: T) {
         let publication = Publication {
             stamp: self.now,
-            ..self.beginning()
+            ..self.publication(None)
         };
         to.send(data, publication);
     }
@@ -258,22 +258,13 @@ impl Tick {
         stamp: impl Into<Option<Time>>,
     ) {
         let publication = match stamp.into() {
-            None => self.beginning(),
+            None => self.publication(None),
             origin => Publication {
                 origin,
-                ..self.publication()
+                ..self.publication(self.behind())
             },
         };
         self.send(to, data, publication);
-    }
-
-    fn beginning(&self) -> Publication {
-        Publication {
-            origin: None,
-            source: self.source,
-            from: self.derived(None),
-            ..self.publication()
-        }
     }
 
     /// What a message is derived from that has the data of this read.
@@ -297,10 +288,10 @@ impl Tick {
         }
     }
 
-    /// A message that is published now.
+    /// A message that is published now with the data of this read; without one its data begin with
+    /// this tick.
     #[inline]
-    fn publication(&self) -> Publication {
-        let behind = self.behind();
+    fn publication(&self, behind: Option<&LastRead>) -> Publication {
         Publication {
             at: self.now,
             stamp: self.stamp(),

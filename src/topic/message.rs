@@ -112,7 +112,7 @@ impl SourceRank {
     const READER: u32 = 1 << 31;
 
     /// The rank of the node with this index, which `reads` topics or does not.
-    pub(crate) fn of(node: usize, reads: bool) -> Self {
+    pub(crate) fn new(node: usize, reads: bool) -> Self {
         let node = node as u32 & (Self::READER - 1);
         Self(if reads { node | Self::READER } else { node })
     }

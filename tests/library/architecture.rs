@@ -81,7 +81,7 @@ pub const CRATES: [&str; 12] = [
 /// The most lines of code of the crates below all others, without comments, blanks and tests.
 /// Whoever needs more takes something out first; what went out lowers the number.
 const BUDGETS: [(&str, usize); 5] = [
-    ("src", 5_975),
+    ("src", 5_965),
     ("crates/effects/src", 2_520),
     ("crates/real-clock/src", 830),
     ("crates/replay/src", 1_570),

@@ -111,7 +111,7 @@ fn exposure(order: [usize; 2]) -> Arc<dyn System> {
             }
         })?;
         graph.node("motor", hz(100.0), 2, |wiring| {
-            Motor(wiring.subscription(&act))
+            Motor(PUSHES, wiring.subscription(&act))
         })?;
         let late = knob("link /b delay:60");
         graph.set(&late).map_err(BuildError::Setting)?;
@@ -119,27 +119,49 @@ fn exposure(order: [usize; 2]) -> Arc<dyn System> {
     })
 }
 
-/// Acts on what it read last.
-struct Motor(Subscription<f64>);
+/// What a node does with its tick that acts by commands.
+type Acts = fn(&mut Tick, &mut Subscription<f64>);
+
+/// Acts by what it reads.
+const PUSHES: Acts = |tick, act| {
+    tick.read(act);
+    tick.act();
+};
+
+/// A node that acts by commands.
+struct Motor(Acts, Subscription<f64>);
 
 impl Node for Motor {
     fn tick(&mut self, tick: &mut Tick) -> TickResult {
-        tick.read(&mut self.0);
-        tick.act();
+        (self.0)(tick, &mut self.1);
         Ok(Flow::Continue)
     }
+}
+
+/// The ages of a run of `system`: what the run measured follows from its records.
+fn whole_ages(what: &str, system: Arc<dyn System>, run: &Config) -> Vec<RunAge> {
+    let mut experiment = Experiment::new(system, run).expect("a graph");
+    experiment.watch_ages();
+    let summary = experiment.run().expect("no fault");
+    for age in &summary.ages {
+        assert_eq!(age.apart_from_ns, None, "{what}: {age:?}");
+        let parts = age.parts.iter().map(|part| part.ns);
+        assert_eq!(parts.sum::<i64>(), age.mean_ns, "{what}: {age:?}");
+    }
+    summary.ages
+}
+
+/// The only one of them.
+fn whole_age(what: &str, system: Arc<dyn System>, run: &Config) -> RunAge {
+    let ages = whole_ages(what, system, run);
+    let [age] = <[RunAge; 1]>::try_from(ages).unwrap_or_else(|ages| panic!("{what}: {ages:?}"));
+    age
 }
 
 #[test]
 fn of_one_exposure_on_two_topics_the_one_counts_that_came_first() {
     for order in [[0, 1], [1, 0]] {
-        let mut experiment =
-            Experiment::new(exposure(order), &config("until 20")).expect("a graph");
-        experiment.watch_ages();
-        let summary = experiment.run().expect("no fault");
-        let [age] = &summary.ages[..] else {
-            panic!("{:?}", summary.ages)
-        };
+        let age = whole_age("exposure", exposure(order), &config("until 20"));
         let parts = age.parts.iter();
         let parts: Vec<_> = parts.map(|part| (part.stage.key(), &*part.owner)).collect();
         assert_eq!((&*age.node, parts[0]), ("motor", ("hold", "/a")), "{age:?}");
@@ -151,15 +173,9 @@ fn of_one_exposure_on_two_topics_the_one_counts_that_came_first() {
 /// What a node does with its tick that reads images and makes commands of them.
 type Commands = fn(&mut Tick, &mut [Subscription<f64>; 2], &Publisher<f64>);
 
-/// What a node does with its tick that acts by commands.
-type Acts = fn(&mut Tick, &mut Subscription<f64>);
-
 /// A camera with two links, a planner that makes `commands` of its images, and a motor.
 fn planned(commands: Commands) -> Arc<dyn System> {
-    acting(commands, |tick, act| {
-        tick.read(act);
-        tick.act();
-    })
+    acting(commands, PUSHES)
 }
 
 /// Such a graph with another motor.
@@ -177,8 +193,7 @@ fn acting(commands: Commands, acts: Acts) -> Arc<dyn System> {
             move |tick: &mut Tick| commands(tick, &mut images, &act)
         })?;
         graph.node("motor", hz(100.0), 2, |wiring| {
-            let mut act = wiring.subscription(&act);
-            move |tick: &mut Tick| acts(tick, &mut act)
+            Motor(acts, wiring.subscription(&act))
         })?;
         for link in ["link /near delay:100", "link /far delay:300"] {
             graph.set(&knob(link)).map_err(BuildError::Setting)?;
@@ -232,19 +247,9 @@ fn no_node_can_forget_what_its_data_were_derived_from() {
         ),
     ];
     for (what, commands, mean) in rows {
-        let mut experiment =
-            Experiment::new(planned(commands), &config("until 20")).expect("a graph");
-        experiment.watch_ages();
-        let summary = experiment.run().expect("no fault");
-        let [age] = &summary.ages[..] else {
-            panic!("{what}: {:?}", summary.ages)
-        };
+        let age = whole_age(what, planned(commands), &config("until 20"));
         let told = age.mean_ns as f64 / 1e6;
         assert!((told - mean).abs() < 0.1, "{what}: {told} ms for {mean}");
-        // What the run measured is what follows from its records.
-        assert_eq!(age.apart_from_ns, None, "{what}");
-        let parts = age.parts.iter().map(|part| part.ns);
-        assert_eq!(parts.sum::<i64>(), age.mean_ns, "{what}");
     }
 }
 
@@ -266,10 +271,6 @@ const USES: &[(Commands, Acts, &str)] = {
     const NEW: Commands = |tick, [near, _], act| {
         tick.read(near);
         tick.publish_new(act, 2.0);
-    };
-    const PUSHES: Acts = |tick, act| {
-        tick.read(act);
-        tick.act();
     };
     const EARLY: Acts = |tick, act| {
         tick.act();
@@ -308,15 +309,7 @@ const USES: &[(Commands, Acts, &str)] = {
 fn parts_sum_to_the_age_however_a_node_uses_its_tick() {
     for (commands, acts, knobs) in USES {
         let run = config(&format!("until 20; {knobs}"));
-        let mut experiment = Experiment::new(acting(*commands, *acts), &run).expect("a graph");
-        experiment.watch_ages();
-        let summary = experiment.run().expect("no fault");
-        let [age] = &summary.ages[..] else {
-            panic!("{knobs}: {:?}", summary.ages)
-        };
-        assert_eq!(age.apart_from_ns, None, "{knobs}: {age:?}");
-        let parts = age.parts.iter().map(|part| part.ns);
-        assert_eq!(parts.sum::<i64>(), age.mean_ns, "{knobs}");
+        let age = whole_age(knobs, acting(*commands, *acts), &run);
         let known = |part: &AgeShare| part.stage != AgeStage::Before;
         assert!(age.parts.iter().all(known), "{knobs}: {age:?}");
     }
@@ -381,24 +374,17 @@ fn a_push_with_data_of_several_nodes_has_an_age_by_each() {
                 }
             })?;
             graph.node("motor", hz(100.0), 2, |wiring| {
-                Motor(wiring.subscription(&act))
+                Motor(PUSHES, wiring.subscription(&act))
             })?;
             Ok(())
         });
-        let mut experiment = Experiment::new(system, &config("until 20")).expect("a graph");
-        experiment.watch_ages();
-        experiment.run().expect("no fault").ages
+        whole_ages("sources", system, &config("until 20"))
     };
     for order in [[0, 1], [1, 0]] {
         let told = ages(order);
+        let told = told.iter();
         let told: Vec<_> = told
-            .iter()
-            .map(|age| {
-                let parts = age.parts.iter().map(|part| part.ns);
-                assert_eq!(parts.sum::<i64>(), age.mean_ns, "{age:?}");
-                assert_eq!(age.apart_from_ns, None, "{age:?}");
-                (age.source.as_deref(), age.is_beside, age.mean_ns)
-            })
+            .map(|age| (age.source.as_deref(), age.is_beside, age.mean_ns))
             .collect();
         let [first, second] = order.map(|source| sources[source]);
         let expected = [
@@ -721,20 +707,7 @@ fn on_the_real_clock_the_parts_of_a_push_sum_to_what_the_run_measured() {
             tick.publish(act, 2.0);
         }
     };
-    let acts: Acts = |tick, act| {
-        tick.read(act);
-        tick.act();
-    };
-    let compared = || {
-        let run = config("real; until 0.4");
-        let mut experiment = Experiment::new(acting(again, acts), &run).expect("a graph");
-        experiment.watch_ages();
-        let summary = experiment.run().expect("no fault");
-        for age in &summary.ages {
-            assert_eq!(age.apart_from_ns, None, "{age:?}");
-        }
-        summary.ages.len()
-    };
+    let compared = || whole_ages("again", acting(again, PUSHES), &config("real; until 0.4")).len();
     // On a machine that is too busy no data may come through at first.
     assert!((0..10).any(|_| compared() > 0));
 }

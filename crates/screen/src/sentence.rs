@@ -3,15 +3,12 @@
 use ratelab::Topology;
 use ratelab_account::{AgeParts, AgeStage, nanos};
 
-/// What no known tick or message explains, in words.
-const UNKNOWN: &str = "unknown";
-
 /// An age in a sentence of at most `room` characters, where possible, such as `this push is 180 ms
 /// old: 20 waiting for the policy + 31 thinking + 12 on /action + 117 held`: whole milliseconds, which
 /// sum to the age. Where it has no room the smallest parts are added up, and are called `more`.
 pub fn sentence(parts: &AgeParts, topology: &Topology, room: usize, more: &str) -> String {
     let age = (parts.sum_ns() as f64 / 1e6).round() as i64;
-    let (mut parts, mut rest, mut words) = (in_words(parts, topology), 0, UNKNOWN);
+    let (mut parts, mut rest, mut words) = (in_words(parts, topology), 0, AgeStage::Before.word());
     // Less than nothing is the error of a clock, or a tick that is not known (yet).
     parts.retain(|(ms, _)| {
         rest += (*ms).min(0);

@@ -59,9 +59,14 @@ fn parts(age: &RunAge) -> Vec<(&'static str, String)> {
 
 /// What is old, and where.
 pub fn title(age: &RunAge) -> String {
-    let data = age.source.as_ref();
-    let data = data.map_or_else(String::new, |source| format!(", data of {source}"));
-    format!("{} at {}{data}", age.chain.unwrap_or("push"), age.node)
+    let of = age.chain.unwrap_or("push");
+    format!("{of} at {}{}", age.node, data_of(age))
+}
+
+/// Whose data they are, to follow the name of the age; empty where only one node began any.
+pub fn data_of(age: &RunAge) -> String {
+    let source = age.source.as_ref();
+    source.map_or_else(String::new, |source| format!(", data of {source}"))
 }
 
 fn words(part: &AgeShare) -> String {

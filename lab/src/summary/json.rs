@@ -72,7 +72,7 @@ fn keys(
         "break_bug": context.break_bug,
         "clock": config.clock.to_string(),
         "csv_rows_lost": context.csv_lost,
-        "duration_s": digits.of(config.end.as_secs_f64()),
+        "duration_s": digits.round(config.end.as_secs_f64()),
         "events": summary.events.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "knobs": knobs.lines(&config.knobs),
         "latency": milliseconds(digits, &summary.latency),
@@ -107,7 +107,7 @@ pub fn result(digits: Digits, result: &CellResult) -> Map<String, Value> {
     let mut keys = object(json!({
         "cause_of_end": result.verdict.name(),
         "mean_latency_ms": digits.ms(result.mean_latency_s.unwrap_or(0.0)),
-        "sim_time_s": digits.of(result.sim_time.as_secs_f64()),
+        "sim_time_s": digits.round(result.sim_time.as_secs_f64()),
         "steps": result.steps,
     }));
     if let Some(age) = result.push_age {
@@ -139,7 +139,7 @@ pub fn finals(
         let value = if figure.unit.is_empty() {
             figure.value
         } else {
-            digits.of(figure.value)
+            digits.round(figure.value)
         };
         // The name alone goes with a later version.
         let names = [with_unit, figure.name.to_owned()];
@@ -171,7 +171,7 @@ fn system_keys(digits: Digits, system: &dyn System, summary: &Summary) -> Map<St
         let text = alias.value(setup);
         let value = match value(alias.kind(), &text) {
             Value::Number(number) if number.is_f64() => {
-                json!(number.as_f64().map(|number| digits.of(number)))
+                json!(number.as_f64().map(|number| digits.round(number)))
             }
             value => value,
         };
@@ -204,7 +204,7 @@ fn wall_keys(digits: Digits, summary: &Summary, context: &ReportContext) -> Map<
             Err(refusal) => refusal,
         }),
         "tick_time": of_nodes(|node| &node.tick_time),
-        "wall_time_s": digits.of(summary.wall_time.as_secs_f64()),
+        "wall_time_s": digits.round(summary.wall_time.as_secs_f64()),
     }))
 }
 
@@ -212,7 +212,7 @@ fn wall_keys(digits: Digits, summary: &Summary, context: &ReportContext) -> Map<
 /// lateness where it was late.
 fn node(digits: Digits, summary: &Summary, node: &NodeAccount) -> (String, Value) {
     let mut figures = object(json!({
-        "hz": digits.of(node.hz.get()),
+        "hz": digits.round(node.hz.get()),
         "overruns": node.overruns,
         "ticks": node.ticks,
     }));

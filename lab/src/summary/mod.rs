@@ -16,7 +16,7 @@ pub enum Digits {
 
 impl Digits {
     /// `value` with so many digits.
-    pub fn of(self, value: f64) -> f64 {
+    pub fn round(self, value: f64) -> f64 {
         match self {
             Self::Four => rounded(value),
             Self::All => value,

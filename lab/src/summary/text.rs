@@ -123,8 +123,7 @@ fn push_age(system: &dyn System, summary: &Summary, age: MeanPushAge) -> String 
     let first = system
         .latency()
         .map(|(_, meter)| format!("; {meter} is the age as a push begins"));
-    let source = told.and_then(|age| age.source.as_ref());
-    let source = source.map_or_else(String::new, |source| format!(", data of {source}"));
+    let source = told.map(ages::data_of).unwrap_or_default();
     format!("mean {run}{p99}{late}{source}{}", first.unwrap_or_default())
 }
 

@@ -16,7 +16,7 @@ use ratelab_study::{
     system::{System, names::key},
 };
 
-use crate::csv::row_of;
+use crate::{csv::row_of, summary::ages::data_of};
 
 /// What a table is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -117,11 +117,9 @@ impl RunTables {
 /// An age, then each of its parts.
 fn age_rows(age: &RunAge) -> Vec<Vec<String>> {
     let row = |part: &str, owner: &str, ns: i64| {
-        let source = age.source.as_ref().filter(|_| age.is_beside);
-        let of = source.map_or_else(
-            || age.chain.unwrap_or("push").to_owned(),
-            |source| format!("push, data of {source}"),
-        );
+        // The push itself keeps its name.
+        let data = Some(age).filter(|age| age.is_beside).map(data_of);
+        let of = age.chain.unwrap_or("push").to_owned() + &data.unwrap_or_default();
         let words = [&*of, &age.node, part, owner].map(str::to_owned);
         words.into_iter().chain([milliseconds(ns)]).collect()
     };

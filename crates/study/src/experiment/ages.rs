@@ -119,15 +119,14 @@ impl RunAges {
     fn advance(&mut self, end: Option<RunEnd>) {
         let Self { lineage, ways } = self;
         for way in ways {
+            // Each node of a graph of the library might act.
+            if way.chain.is_none() && !lineage.acts_on_the_world(way.node) {
+                continue;
+            }
             match way.source {
                 Some(source) => lineage.go_from(source),
                 None if !lineage.go_along(way.topics) => continue,
                 None => {}
-            }
-            // Of a graph of the library each node might.
-            if way.chain.is_none() && way.topics.is_empty() && !lineage.acts_on_the_world(way.node)
-            {
-                continue;
             }
             let until = match (end, way.chain) {
                 (None, _) => last_end(lineage, way.node),

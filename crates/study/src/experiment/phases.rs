@@ -4,7 +4,7 @@
 //! Of such a tie virtual time has one order. On threads the phases differ from start to start, so
 //! the age of a run in virtual time is one of many.
 
-use std::{sync::Arc, thread, time::Duration};
+use std::{cell::LazyCell, sync::Arc, thread, time::Duration};
 
 use ratelab::{Knob, KnobKind, NodeTopology, TickTiming, Time, Topology, millis};
 use ratelab_account::Lineage;
@@ -80,17 +80,20 @@ impl Experiment {
         let Some((_, lineage)) = long.and_then(|end| self.short_run(end, Vec::new())) else {
             return Vec::new();
         };
-        let age = |chain: &DataChain, knobs| {
-            let (run, _) = self.short_run(TRIED, knobs)?;
+        let age = |chain: &DataChain, run: Option<&(Summary, Lineage)>| {
+            let (run, _) = run?;
             chain.mean_ms(run.sim_time, &run.chains)
         };
+        // One run for all chains that have ties.
+        let unchanged = LazyCell::new(|| self.short_run(TRIED, Vec::new()));
         let notes = hops.iter().filter_map(|(chain, hops)| {
             let tied = hops.iter().filter(|hop| hop.is_tied(&lineage));
             let tied: Vec<&ChainHop> = tied.collect();
             let later = tied.first()?.from;
             let path = chain.nodes.iter().rev().enumerate();
             let turned = path.filter_map(|(place, node)| self.late(node, place));
-            let older = age(chain, turned.collect())? - age(chain, Vec::new())?;
+            let changed = self.short_run(TRIED, turned.collect());
+            let older = age(chain, changed.as_ref())? - age(chain, (*unchanged).as_ref())?;
             let told = tied.iter().map(|hop| {
                 let reader = &topology.nodes[hop.reader].name;
                 format!("{reader} reads {}", topology.topics[hop.topic].name)
