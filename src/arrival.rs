@@ -64,9 +64,10 @@ impl Arrivals {
 
     /// Removes all, in the order of publication.
     pub(crate) fn take(&self) -> Vec<Arrival> {
-        match self.any.load(Ordering::Acquire) {
-            true => self.take_some(),
-            false => Vec::new(),
+        if self.any.load(Ordering::Acquire) {
+            self.take_some()
+        } else {
+            Vec::new()
         }
     }
 

@@ -30,52 +30,46 @@
 //!
 //! # To read it
 //!
-//! From the ground up, where each imports only those before it: `time`, `qos`, `sync`; `rate`,
-//! `record`, `arrival`; `journal`, `shared`; `control`; `topic`; `node`; `scheduling`; `graph`;
-//! `clock`.
+//! From the ground up, where each imports only those before it: `time`, `qos`, `millis`, `sync`; `rate`,
+//! `record`, `arrival`; `journal`, `shared`; `settings`; `control`; `topic`; `trigger`; `node`;
+//! `scheduling`; `graph`; `clock`.
 //!
 //! | | files | so that you know |
 //! |---|---|---|
-//! | first | `time.rs`, `rate.rs`, `node/mod.rs`; `topic/` but for `any.rs`, `channel.rs`, and `intake.rs`; `graph/mod.rs` to the end of `Graph::add`, and `graph/wiring.rs` | the three primitives, how they are wired, the way of a message |
-//! | then | `node/job.rs`; `scheduling/scheduler.rs`, `periodic.rs`, `task_set.rs`, `agenda.rs` and `schedule.rs` there; `node/slot.rs`, `node/tick.rs`, `clock/virtual_time.rs`, `record.rs` | a run, and what it leaves |
-//! | for links | `topic/channel.rs` | what is between a publisher and its readers |
-//! | for triggers | `arrival.rs`, `topic/readers.rs`, `topic/intake.rs`, `scheduling/release.rs`, `graph/triggers.rs` | how messages have a node tick |
+//! | first | `time.rs`, `rate.rs`, `node/mod.rs`; `topic/` but for `any.rs`, `transit.rs`, `link_channel.rs` and `intake.rs`; `graph/mod.rs` to the end of `Graph::add`, and `graph/wiring.rs` | the three primitives, how they are wired, the way of a message |
+//! | then | `node/job.rs`; `scheduling/scheduler.rs`, `own.rs`, `task.rs`, `task_set.rs`, `agenda.rs` and `schedule.rs` there; `node/slot.rs`, `node/tick.rs`, `clock/virtual_time.rs`, `record.rs` | a run, and what it leaves |
+//! | for links | `settings/link.rs`, `topic/link_channel.rs`, `topic/transit.rs` | what is between a publisher and its readers |
+//! | for triggers | `arrival.rs`, `topic/readers.rs`, `topic/intake.rs`, `trigger/`, `scheduling/release.rs`, `graph/triggers.rs` | how messages have a node tick |
 //! | for commands | `control/`, then `clock/obey.rs`, `graph/control.rs`, `scheduling/node_knobs.rs` | how a run is changed, who carries a command out, and what is logged of it |
-//! | for executors | `scheduling/kit.rs` and `dispatch.rs`, `graph/executors.rs` | how nodes get their schedulers, and how several share one |
+//! | for executors | `scheduling/executors/`, `graph/executors.rs` | how several nodes share threads, and in which order |
 //! | for threads | `clock/task_sets.rs`, `clock/worker.rs`, then `crates/real-clock` | the same schedule under another clock |
 //! | for reruns | `shared.rs`, `journal/`, then `crates/replay` | what must be known to run threads again |
 //!
-//! # Hooks
+//! # What to change
 //!
-//! What a graph can do beyond that is given to it through a trait, by a crate that stands on this
-//! one:
+//! Three parts are given to a graph from outside, each through a trait: a [`Node`], a [`Sink`] of
+//! records, and a [`Clock`]. All else is a file here:
 //!
-//! | to have | implement | as in |
+//! | for another | change | as in |
 //! |---|---|---|
-//! | figures, copies of messages, any other view of a run | [`Sink`] | `crates/account` |
-//! | another loss or delay of links, each message once at most | a row of the table in `crates/effects/src/links/link.rs`, drawn in `channel.rs` beside it | `delay` there |
-//! | another rule for what lies between publishers and readers | [`Channel`] | `crates/effects/src/links/channel.rs` |
-//! | another schedule of a node | [`Scheduler`] | `crates/effects/src/nodes/own.rs` |
-//! | another order of callbacks in an executor | a row of the table in `crates/effects/src/executors/executor.rs`, with an order | `events.rs` beside it |
-//! | another kind of executor | [`Dispatch`], and a [`Scheduler`] for its nodes | `crates/effects/src/executors/dispatch.rs` |
-//! | another rule for messages of several topics | [`Matching`] | `crates/effects/src/kit.rs` |
-//! | one of these for every node and topic of a graph | [`Kit`] | `crates/effects/src/kit.rs` |
-//! | a log of what the clocks of the threads answered | [`Journal`] | `crates/replay` |
-//! | another clock | [`Clock`]; [`TaskSets`] have the nodes meanwhile, [`Wake`] hears of arrivals | `crates/real-clock`, `crates/replay` |
-//! | another order of the turns of [`Shared`] values | [`TurnFollower`] | `crates/replay` |
-//! | another knob | a row of the table in `control/knob.rs`, with its unit and what it [sets of a tick](TickTiming), if that is so; and whoever obeys it | `wakes` there, obeyed in `crates/effects/src/nodes/task.rs`; of a topic `link`, in `crates/effects/src/links/channel.rs` |
+//! | view of a run: figures, copies of messages | a [`Sink`] | `crates/account` |
+//! | clock | a [`Clock`]: it takes the [`TaskSets`] of a graph, and [`Wake`] hears of arrivals | `crates/real-clock`, `crates/replay` |
+//! | loss or delay of a link | a row of `PARTS` in `settings/link.rs`, and `topic/link_channel.rs` | `delay` there |
+//! | distribution of durations | `settings/draw.rs`: links, costs and lateness have it at once | `Uniform` there |
+//! | order of callbacks in an executor | a file in `scheduling/executors/`, and a row of `KINDS` in `executor.rs` there | `events.rs` |
+//! | rule for messages of several topics | `settings/matching.rs` for its text, `trigger/matcher.rs` for the rule | `Stamped` there |
+//! | setting or fault of a node or topic | a row of the table in `control/knob.rs`, and whoever obeys it: `scheduling/task.rs`, `topic/link_channel.rs` | `wakes` |
 //!
 //! # How a run goes
 //!
 //! Each node belongs to a *task set*: alone, or with the other nodes of its executor. The scheduler
-//! of a task set hears of events ([`SchedulerEvent`]), asks a [`Timetable`] for alarms, and names
-//! the next [`Job`] of a node. A *schedule* keeps the alarms of its task sets in order. In virtual
+//! of a task set hears of events, asks a timetable for alarms, and names the next job of a node. A *schedule* keeps the alarms of its task sets in order. In virtual
 //! time one schedule has all task sets, and time jumps from alarm to alarm; under the real clock
 //! each task set has a schedule of its own, and its threads wait for the wall. Nodes work outside
 //! of the schedule, and what they publish comes back to it as arrivals.
 //!
 //! A message: [`Tick::publish`] gives it to its topic, or keeps it until a tick is over that takes
-//! time; with a link it is in transit until its [`Channel`] delivers it, in what comes next on the
+//! time; with a link it is in transit until the link delivers it, in what comes next on the
 //! topic; the queue evicts what is beyond its depth; [`Tick::read`] reads it. The topic sends a record
 //! of each step to the [`Sink`].
 //!
@@ -109,33 +103,37 @@
 
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 
+mod alternatives;
 mod arrival;
 mod clock;
 mod control;
 mod graph;
 mod journal;
+pub mod millis;
 mod node;
 mod qos;
 mod rate;
 mod record;
 mod scheduling;
+mod settings;
 mod shared;
 pub mod sync;
 mod time;
 mod topic;
+mod trigger;
 
+pub use alternatives::alternatives;
 pub use arrival::{Arrival, Wake};
 pub use clock::{
     Clock, ClockExit, CoreClaim, LookResult, Obeyed, Outcome, RunError, Supervision, TaskSets,
     ThreadGroup, VirtualClock, Wall, Worker, note_end, obey_at_rest, run,
 };
 pub use control::{
-    alternatives::alternatives,
     command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand},
     event::{Event, EventKind},
     inbox::{Inbox, Interrupt, Received, Wait},
     knob::{Knob, KnobError, KnobKind, TickTiming, TimedKnob},
-    millis,
+    refusal::Refusal,
     state::{RunState, Status},
 };
 pub use graph::{Graph, GraphError, NodeTopology, TopicTopology, Topology, Wiring};
@@ -144,20 +142,32 @@ pub use journal::{
     TurnFollower,
 };
 pub use node::{
-    Fault, Flow, IntoTickResult, Job, JobKind, LastTick, Node, NodeCrash, Panicked, Stamps, Tick,
+    Fault, Flow, IntoTickResult, JobKind, LastTick, Node, NodeCrash, NodeError, Panicked, Tick,
     TickResult,
 };
-pub use qos::{Depth, DepthError, ReadOrder};
+pub use qos::{Depth, DepthError, ReadOrder, ReadOrderError};
 pub use rate::{Rate, hyper_period};
 pub use record::{
     Derived, Head, MessageId, MeterRecorder, NodeRecord, Push, Sink, TickId, TickTimes, TopicRecord,
 };
 pub use scheduling::{
-    Dispatch, Joined, Kit, Matching, Periodic, Phase, Release, Scheduler, SchedulerEvent, TaskSpec,
-    TaskState, Threads, Timetable,
+    Release,
+    executors::{
+        callback::Callback,
+        executor::{Executor, ExecutorError, ExecutorKind},
+    },
+};
+pub use settings::{
+    chance::{Chance, normal_quantile},
+    cost::Cost,
+    digest::Digest,
+    draw::{Draw, Measurements},
+    error::SettingError,
+    link::{Burst, Link},
+    local_clock::ClockError,
+    matching::Match,
+    overrun::Overrun,
 };
 pub use shared::{Shared, SharedGuard};
 pub use time::{Hz, HzError, Time, TimeError};
-pub use topic::{
-    Cause, Channel, Intake, Message, Payload, Publisher, Subscription, TakenMessage, Topic,
-};
+pub use topic::{Cause, Message, Payload, Publisher, Subscription, Topic};

@@ -95,13 +95,18 @@ impl fmt::Display for ReadOrder {
 }
 
 impl FromStr for ReadOrder {
-    type Err = String;
+    type Err = ReadOrderError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, ReadOrderError> {
         match text.trim() {
             "newest" => Ok(Self::Newest),
             "oldest" => Ok(Self::Oldest),
-            _ => Err(format!("{text:?} is no order: expected newest or oldest")),
+            _ => Err(ReadOrderError(text.to_owned())),
         }
     }
 }
+
+/// An invalid read order, as it was given.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{0:?} is not a read order: expected newest or oldest")]
+pub struct ReadOrderError(String);

@@ -261,7 +261,7 @@ fn read_knobs(program: &Program, config: &Config, path: &Path) -> Result<Vec<Tim
         let knob = resolved(program, config.seed, &config.setup, knob);
         let knob = knob.and_then(|knob| {
             let known = graph.as_ref().map_or(Ok(()), |graph| graph.check(&knob));
-            known.map(|()| knob)
+            known.map(|()| knob).map_err(|why| why.to_string())
         });
         let knob = knob.map_err(|why| refused(&format_args!("line {line}: {why}")))?;
         Ok(TimedKnob { at, knob })

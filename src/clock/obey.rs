@@ -27,7 +27,10 @@ fn obey_without_nodes(control: &mut ControlPlane, command: &Command, at: Time) -
     let kind = control.status.clock;
     let refused = |reason: &str| Err(reason.to_owned());
     let answer = match command {
-        Command::Set(knob) => control.set(knob, at).map(Some),
+        Command::Set(knob) => control
+            .set(knob, at)
+            .map(Some)
+            .map_err(|why| why.to_string()),
         Command::Pause | Command::HandOver(_) if control.is_part() => {
             refused("its nodes run in several processes, which share the wall's time")
         }
@@ -101,7 +104,7 @@ impl Supervision<'_> {
             .node()
             .and_then(|node| control.local_index(node).err());
         let obeyed = match unknown {
-            Some(reason) => refuse(control, command, at, &reason),
+            Some(reason) => refuse(control, command, at, &reason.to_string()),
             None => obey_without_nodes(control, command, at),
         };
         if obeyed.exit.is_some() || control.status.paused {

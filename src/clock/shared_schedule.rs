@@ -3,7 +3,7 @@
 use crate::{
     control::{command::ClockKind, state::RunState},
     node::NodeSlot,
-    scheduling::{Schedule, TaskSet, Threads},
+    scheduling::{Schedule, TaskSet, executors::executor::Threads},
     shared::{Shared, SharedGuard},
     sync::{Arc, Mutex},
 };
@@ -40,8 +40,7 @@ impl<'g> SharedSchedule<'g> {
         slots: &'g [Mutex<NodeSlot>],
         state: Arc<RunState>,
     ) -> Self {
-        let dispatch = task_set.dispatch.as_ref();
-        let threads = match dispatch.map(|dispatch| dispatch.threads()) {
+        let threads = match task_set.threads() {
             Some(Threads::Shared(threads)) => threads,
             _ => 1,
         };
@@ -81,9 +80,10 @@ impl<'g> SharedSchedule<'g> {
 
     /// The schedule, for a turn of a thread.
     pub(crate) fn turn(&self) -> SharedGuard<'_, Schedule> {
-        match self.is_shared() {
-            true => self.schedule.lock(),
-            false => self.schedule.peek(),
+        if self.is_shared() {
+            self.schedule.lock()
+        } else {
+            self.schedule.peek()
         }
     }
 

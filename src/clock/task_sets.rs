@@ -10,7 +10,10 @@ use super::{
 use crate::{
     arrival::{Arrival, Arrivals, Wake},
     graph::Graph,
-    scheduling::{Dispatch, Schedule, TaskSet, Threads},
+    scheduling::{
+        Schedule, TaskSet,
+        executors::{executor::Threads, team::Team},
+    },
     sync::Arc,
 };
 
@@ -29,7 +32,7 @@ pub struct TaskSets<'g> {
 
 /// An executor whose nodes have a task set each.
 struct SplitExecutor {
-    dispatch: Arc<dyn Dispatch>,
+    team: Arc<Team>,
     /// Number of the first of these task sets.
     first: usize,
     /// Number of the nodes.
@@ -78,14 +81,13 @@ impl Graph {
 impl TaskSets<'_> {
     /// A task set, or those of its nodes if each has a thread of its own, with what these claim.
     fn split(&mut self, task_set: TaskSet) -> Vec<(TaskSet, Option<CoreClaim>)> {
-        let threads = task_set.dispatch.as_ref().map(|d| d.threads());
-        let (Some(dispatch), Some(Threads::Cores(cores))) = (task_set.dispatch.clone(), threads)
-        else {
+        let threads = task_set.threads();
+        let (Some(team), Some(Threads::Cores(cores))) = (task_set.team.clone(), threads) else {
             return vec![(task_set, None)];
         };
         let executor = self.split.len();
         self.split.push(SplitExecutor {
-            dispatch: dispatch.clone(),
+            team: team.clone(),
             first: self.all.len(),
             nodes: task_set.members.len(),
         });
@@ -96,7 +98,7 @@ impl TaskSets<'_> {
             rank,
         });
         let claims: Vec<_> = claims.map(Some).collect();
-        task_set.split(&*dispatch).into_iter().zip(claims).collect()
+        task_set.split(&team).into_iter().zip(claims).collect()
     }
 
     /// Has `wake` get the arrivals of messages, those of all that is in flight first.
@@ -140,7 +142,7 @@ impl Drop for TaskSets<'_> {
             let range = split.first..split.first + split.nodes;
             let apart = task_sets.drain(range).collect();
             let at = split.first..split.first;
-            task_sets.splice(at, TaskSet::joined(split.dispatch, apart));
+            task_sets.splice(at, TaskSet::joined(split.team, apart));
         }
         self.home.set_task_sets(task_sets);
     }

@@ -60,13 +60,12 @@ impl Clock for VirtualClock {
 impl Graph {
     /// Has all task sets begin at run time `now`.
     fn open(&mut self, now: Time) {
-        let arrivals = match self.schedule.is_behind() {
-            true => self.in_flight(now),
-            false => {
-                let mut published = self.arrivals.take();
-                published.retain(|arrival| arrival.at >= now);
-                published
-            }
+        let arrivals = if self.schedule.is_behind() {
+            self.in_flight(now)
+        } else {
+            let mut published = self.arrivals.take();
+            published.retain(|arrival| arrival.at >= now);
+            published
         };
         self.schedule.open(now, arrivals);
     }

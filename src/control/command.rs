@@ -5,11 +5,8 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{
-    knob::{Knob, TimedKnob},
-    millis,
-};
-use crate::time::Time;
+use super::knob::{Knob, TimedKnob};
+use crate::{millis, time::Time};
 
 /// A request to a running graph, from a person or a script. Takes effect between calls
 /// of a node, under either clock, and is logged with that run time.
@@ -91,11 +88,11 @@ impl fmt::Display for Command {
             Self::Set(Knob::Depth { topic, depth }) => write!(f, "{topic} depth {depth}"),
             Self::Set(Knob::Send { node, text }) => write!(f, "{node}: {text}"),
             Self::Set(Knob::Parameter { node, name, value }) => write!(f, "{node} {name} {value}"),
-            Self::Set(Knob::Takes { node, spec }) => write!(f, "{node} takes {spec}"),
+            Self::Set(Knob::Takes { node, cost }) => write!(f, "{node} takes {cost}"),
             Self::Set(Knob::Offset { node, offset }) => {
                 write!(f, "{node} offset {} ms", millis::to_millis(*offset))
             }
-            Self::Set(Knob::Wakes { node, spec }) => write!(f, "{node} wakes {spec}"),
+            Self::Set(Knob::Wakes { node, lateness }) => write!(f, "{node} wakes {lateness}"),
             Self::Set(knob) => knob.fmt(f),
             Self::Pause => f.write_str("pause"),
             Self::Resume => f.write_str("resume"),

@@ -5,9 +5,14 @@ use std::{borrow::Cow, fmt, str::FromStr, time::Duration};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{alternatives::alternatives, knob_part::KnobPart, millis};
+use super::knob_part::KnobPart;
 use crate::{
+    alternatives::alternatives,
+    millis,
     qos::{Depth, ReadOrder},
+    settings::{
+        as_text, cost::Cost, draw::Draw, link::Link, local_clock::ClockError, overrun::Overrun,
+    },
     time::{Hz, Time},
 };
 
@@ -24,9 +29,7 @@ macro_rules! knobs {
         }
     )+) => {
         /// A setting of a node or topic of a graph. As text `rate NODE HZ`, `depth TOPIC N`,
-        /// `send NODE TEXT` and so on; see [`KnobKind::usage`]. The value of an effect that has
-        /// many forms is text here: what it means is known to those who give the effect, such as
-        /// `crates/effects`.
+        /// `send NODE TEXT` and so on; see [`KnobKind::usage`].
         ///
         /// ```
         /// use ratelab::{Hz, Knob};
@@ -175,8 +178,9 @@ knobs! {
     Takes = "takes NODE SPEC" in "ms" sets Duration {
         /// The node's name.
         node: String,
-        /// Their duration, as text.
-        spec: String,
+        /// Their duration.
+        #[serde(rename = "spec", with = "as_text")]
+        cost: Cost,
     }
     /// Offset of a node's due times from run time zero.
     Offset = "offset NODE MS" in "ms" sets Due {
@@ -190,22 +194,25 @@ knobs! {
     Wakes = "wakes NODE SPEC" in "ms" sets Start {
         /// The node's name.
         node: String,
-        /// The lateness, as text.
-        spec: String,
+        /// The lateness.
+        #[serde(rename = "spec", with = "as_text")]
+        lateness: Draw,
     }
     /// What becomes of a node's due times that pass while it is busy.
     Late = "late NODE skip|catch-up|queue:N" {
         /// The node's name.
         node: String,
-        /// What becomes of them, as text.
-        spec: String,
+        /// What becomes of them.
+        #[serde(rename = "spec", with = "as_text")]
+        overrun: Overrun,
     }
     /// The link from the publishers of a topic to its readers.
     Link = "link TOPIC SPEC" {
         /// The topic's name.
         topic: String,
-        /// The link, as text.
-        spec: String,
+        /// The link.
+        #[serde(rename = "spec", with = "as_text")]
+        link: Link,
     }
     /// The read order of a topic.
     Read = "read TOPIC newest|oldest" {
@@ -254,15 +261,17 @@ knobs! {
     Clock = "clock NODE OFFSET_MS DRIFT_PPM [STEP_MS]" sets Due {
         /// The node's name.
         node: String,
-        /// The error, as text.
-        error: String,
+        /// The error.
+        #[serde(with = "as_text")]
+        error: ClockError,
     }
     /// Error of the clock that a node stamps by from now on, whatever clock its ticks follow.
     StampClock = "stamp_clock NODE OFFSET_MS DRIFT_PPM [STEP_MS]" {
         /// The node's name.
         node: String,
-        /// The error, as text.
-        error: String,
+        /// The error.
+        #[serde(with = "as_text")]
+        error: ClockError,
     }
 }
 
@@ -351,9 +360,10 @@ struct Parts<'a> {
 impl Parts<'_> {
     fn next<P: KnobPart>(&mut self) -> Result<P, KnobError> {
         self.left = self.left.saturating_sub(1);
-        let (part, rest) = match self.left {
-            0 => (self.rest, ""),
-            _ => first_word(self.rest).ok_or_else(|| self.refused.clone())?,
+        let (part, rest) = if self.left == 0 {
+            (self.rest, "")
+        } else {
+            first_word(self.rest).ok_or_else(|| self.refused.clone())?
         };
         self.rest = rest;
         let refused = || self.refused.clone();
@@ -362,10 +372,29 @@ impl Parts<'_> {
 }
 
 impl Knob {
-    /// The reason for its refusal in a graph whose kit lacks it.
-    pub(crate) fn not_in_kit(&self) -> String {
-        let name = self.kind().name();
-        format!("this graph has no {name}: build it with the kit of crates/effects")
+    /// The random duration that it sets, of a knob that sets one.
+    pub fn draw(&self) -> Option<&Draw> {
+        match self {
+            Self::Takes { cost, .. } => Some(&cost.draw),
+            Self::Wakes { lateness, .. } => Some(lateness),
+            _ => None,
+        }
+    }
+
+    /// The same knob with another random duration, of a knob that sets one.
+    #[must_use]
+    pub fn with_draw(mut self, draw: Draw) -> Self {
+        match &mut self {
+            Self::Takes { cost, .. } => cost.draw = draw,
+            Self::Wakes { lateness, .. } => *lateness = draw,
+            _ => {}
+        }
+        self
+    }
+
+    /// Whether it makes the ticks of its node take time.
+    pub fn takes_time(&self) -> bool {
+        matches!(self, Self::Takes { cost, .. } if !cost.draw.is_none())
     }
 
     /// What it sets: its node or topic, with the name of a parameter.
@@ -403,9 +432,10 @@ impl fmt::Display for Knob {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let kind = self.kind();
         write!(f, "{} {}", kind.name(), self.subject())?;
-        match kind.has_no_value() {
-            true => Ok(()),
-            false => write!(f, " {}", self.value()),
+        if kind.has_no_value() {
+            Ok(())
+        } else {
+            write!(f, " {}", self.value())
         }
     }
 }
@@ -421,10 +451,10 @@ impl FromStr for Knob {
         let alone = kind.has_no_value() && !rest.is_empty();
         let words = first_word(rest).or(alone.then_some((rest, "")));
         let (target, value) = words.ok_or_else(refused)?;
-        match !kind.takes_words() && value.contains(char::is_whitespace) {
-            true => Err(refused()),
-            false => kind.set(target, value),
+        if !kind.takes_words() && value.contains(char::is_whitespace) {
+            return Err(refused());
         }
+        kind.set(target, value)
     }
 }
 

@@ -2,9 +2,10 @@
 
 use std::{str::FromStr, time::Duration};
 
-use super::millis;
 use crate::{
+    millis,
     qos::{Depth, ReadOrder},
+    settings::{cost::Cost, draw::Draw, link::Link, local_clock::ClockError, overrun::Overrun},
     time::Hz,
 };
 
@@ -34,7 +35,7 @@ impl KnobPart for String {
 
 impl KnobPart for Duration {
     fn read(text: &str) -> Result<Self, Option<String>> {
-        millis::parse(text).map_err(Some)
+        millis::parse(text).map_err(|error| Some(error.to_string()))
     }
 
     fn to_text(&self) -> String {
@@ -62,24 +63,31 @@ impl KnobPart for Hz {
     }
 }
 
-impl KnobPart for Depth {
-    fn read(text: &str) -> Result<Self, Option<String>> {
-        parsed(text)
-    }
+/// Types whose own text is the part, each with whether that may contain spaces.
+macro_rules! parts {
+    ($($type:ty: $is_text:literal,)+) => {$(
+        impl KnobPart for $type {
+            const IS_TEXT: bool = $is_text;
 
-    fn to_text(&self) -> String {
-        self.to_string()
-    }
+            fn read(text: &str) -> Result<Self, Option<String>> {
+                parsed(text)
+            }
+
+            fn to_text(&self) -> String {
+                self.to_string()
+            }
+        }
+    )+};
 }
 
-impl KnobPart for ReadOrder {
-    fn read(text: &str) -> Result<Self, Option<String>> {
-        parsed(text)
-    }
-
-    fn to_text(&self) -> String {
-        self.to_string()
-    }
+parts! {
+    Depth: false,
+    ReadOrder: false,
+    Cost: true,
+    Draw: true,
+    Overrun: true,
+    Link: true,
+    ClockError: true,
 }
 
 /// A part whose type has an error of its own.

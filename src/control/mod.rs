@@ -1,11 +1,10 @@
 //! How a run is changed while it goes on, and what is known of it: commands go in, events are
 //! logged.
 
-pub mod alternatives;
 pub mod command;
 pub mod event;
 pub mod inbox;
 pub mod knob;
 mod knob_part;
-pub mod millis;
+pub mod refusal;
 pub mod state;

@@ -5,6 +5,7 @@ use std::{fmt, sync::OnceLock};
 use super::{
     command::{ClockKind, Command, Speed},
     event::{Event, EventKind},
+    refusal::Refusal,
 };
 use crate::{
     journal::{Entries, Journal},
@@ -164,11 +165,11 @@ impl RunState {
         &self,
         at: Time,
         command: &Command,
-        answer: Result<String, String>,
+        answer: Result<String, Refusal>,
     ) -> usize {
         match answer {
             Ok(was) => self.applied(at, command, Some(was)),
-            Err(reason) => self.refused(at, command, reason),
+            Err(reason) => self.refused(at, command, reason.to_string()),
         }
     }
 }

@@ -8,10 +8,10 @@ use crate::{
     arrival::Arrival,
     control::{
         knob::Knob,
+        refusal::Refusal,
         state::{RunState, Status},
     },
     record::RecordSender,
-    scheduling::Kit,
     sync::Arc,
     time::Time,
     topic::{AnyTopic, Payload, Topic},
@@ -30,7 +30,6 @@ pub(crate) struct ControlPlane {
     pub(super) records: RecordSender,
     /// The seed of every random draw.
     pub(super) seed: u64,
-    pub(super) kit: Box<dyn Kit>,
 }
 
 /// A topic with the indices of its nodes.
@@ -70,10 +69,10 @@ impl ControlPlane {
         self.state.update(|status| *status = self.status);
     }
 
-    pub(crate) fn node_index(&self, name: &str) -> Result<usize, String> {
+    pub(crate) fn node_index(&self, name: &str) -> Result<usize, Refusal> {
         let known = self.nodes.iter().position(|node| node.name == name);
         let names = self.nodes.iter().map(|node| &*node.name);
-        known.ok_or_else(|| nothing_called("node", name, names))
+        known.ok_or_else(|| unknown("node", name, names))
     }
 
     /// Name of the node with this index.
@@ -90,11 +89,12 @@ impl ControlPlane {
     ///
     /// # Errors
     /// The reason, with the available alternatives.
-    pub(crate) fn local_index(&self, name: &str) -> Result<usize, String> {
+    pub(crate) fn local_index(&self, name: &str) -> Result<usize, Refusal> {
         let index = self.node_index(name)?;
-        match self.remote[index] {
-            true => Err(format!("{name} runs in another process")),
-            false => Ok(index),
+        if self.remote[index] {
+            Err(Refusal::OtherProcess(name.to_owned()))
+        } else {
+            Ok(index)
         }
     }
 
@@ -102,36 +102,22 @@ impl ControlPlane {
     ///
     /// # Errors
     /// The reason, with the available alternatives.
-    pub(crate) fn set(&self, knob: &Knob, now: Time) -> Result<String, String> {
+    pub(crate) fn set(&self, knob: &Knob, now: Time) -> Result<String, Refusal> {
         self.check(knob)?;
-        let topic = &self.topic(knob.target())?.topic;
-        let link = || self.kit.channel(knob.target(), self.seed);
-        topic.set(knob, &link, now)
+        self.topic(knob.target())?.topic.set(knob, self.seed, now)
     }
 
     /// Checks that the topic has this knob.
-    pub(super) fn check(&self, knob: &Knob) -> Result<(), String> {
+    pub(super) fn check(&self, knob: &Knob) -> Result<(), Refusal> {
         let topic = self.topic(knob.target())?;
-        match knob {
-            Knob::Depth { .. } => Ok(()),
-            _ if topic.readers.is_empty() => Err(self.unread(&topic.name)),
-            Knob::Read { .. } => Ok(()),
-            _ => {
-                let channel = self.kit.channel(knob.target(), self.seed);
-                let mut channel = channel.ok_or_else(|| knob.not_in_kit())?;
-                channel.set(knob).map(drop)
-            }
+        if matches!(knob, Knob::Depth { .. }) || !topic.readers.is_empty() {
+            return Ok(());
         }
-    }
-
-    /// The reason to refuse a knob of a topic that nobody reads.
-    fn unread(&self, name: &str) -> String {
-        let names = self.topics.iter().filter(|t| !t.readers.is_empty());
-        let names: Vec<&str> = names.map(|t| &*t.name).collect();
-        match &names[..] {
-            [] => format!("{name} has no reader, and no topic has one: let a node read it first"),
-            names => format!("{name} has no reader: expected one of {}", names.join(", ")),
-        }
+        let read = self.topics.iter().filter(|known| !known.readers.is_empty());
+        Err(Refusal::Unread {
+            topic: topic.name.to_string(),
+            read: read.map(|known| known.name.to_string()).collect(),
+        })
     }
 
     /// Delivers the messages of all topics that arrive by `now`.
@@ -152,10 +138,10 @@ impl ControlPlane {
         arrivals
     }
 
-    fn topic(&self, name: &str) -> Result<&WiredTopic, String> {
+    fn topic(&self, name: &str) -> Result<&WiredTopic, Refusal> {
         let known = self.topics.iter().find(|t| &*t.name == name);
         let names = self.topics.iter().map(|t| &*t.name);
-        known.ok_or_else(|| nothing_called("topic", name, names))
+        known.ok_or_else(|| unknown("topic", name, names))
     }
 
     /// Adds the topics that are `new` with a node, and its edges.
@@ -185,10 +171,11 @@ impl ControlPlane {
     }
 }
 
-/// An error message for an unknown name of a `kind`, with the known names.
-fn nothing_called<'n>(kind: &str, name: &str, known: impl Iterator<Item = &'n str>) -> String {
-    match known.collect::<Vec<_>>().join(", ").as_str() {
-        "" => format!("there is no {kind} {name:?}: the graph has none"),
-        known => format!("there is no {kind} {name:?}: expected one of {known}"),
+/// The refusal of an unknown name of a `kind`, with the known names.
+fn unknown<'n>(kind: &'static str, name: &str, known: impl Iterator<Item = &'n str>) -> Refusal {
+    Refusal::Unknown {
+        kind,
+        name: name.to_owned(),
+        known: known.map(str::to_owned).collect(),
     }
 }

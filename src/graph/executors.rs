@@ -3,27 +3,54 @@
 use super::{Graph, GraphError};
 use crate::{
     control::command::ClockKind,
-    scheduling::{Dispatch, TaskSet, Threads},
+    scheduling::{
+        TaskSet,
+        executors::{
+            callback::Callback,
+            executor::{Executor, Threads},
+            team::Team,
+        },
+    },
     sync::Arc,
 };
 
 impl Graph {
-    /// Has an executor run the nodes with these `names`, which were added before, in the order of
-    /// their registration. Each executor has threads of its own, under the real clock as well.
+    /// Runs these nodes, which were added before, by an executor, in the order of registration. Each
+    /// executor has threads of its own, under the real clock as well: there `fixed-priority` and
+    /// `edf` need real-time priority and cores to spare.
+    ///
+    /// ```
+    /// use std::sync::{Arc, atomic::{AtomicU32, Ordering::Relaxed}};
+    /// use ratelab::{Callback, Graph, Tick};
+    ///
+    /// let (mut graph, ticks) = (Graph::new(), Arc::new(AtomicU32::new(0)));
+    /// for node in ["lidar", "planner"] {
+    ///     let ticks = ticks.clone();
+    ///     graph.node(node, 10.0, 0, |_| move |_: &mut Tick| {
+    ///         ticks.fetch_add(1, Relaxed);
+    ///     })?;
+    /// }
+    /// graph.executor("single".parse()?, ["lidar", "planner"].map(Callback::new))?;
+    /// // No tick at 0: a timer of ROS is due one period later for the first time.
+    /// graph.run_virtual(1.0)?;
+    /// assert_eq!(ticks.load(Relaxed), 20);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
     /// [`GraphError`] for a node that is unknown, that has an executor already, or that
     /// lacks the period that the executor needs.
-    pub fn dispatch(
+    pub fn executor(
         &mut self,
-        dispatch: Arc<dyn Dispatch>,
-        names: &[String],
+        executor: Executor,
+        callbacks: impl IntoIterator<Item = Callback>,
     ) -> Result<(), GraphError> {
+        let team = Arc::new(Team::new(executor, callbacks.into_iter().collect()));
         let mut nodes: Vec<usize> = Vec::new();
-        for (number, name) in names.iter().enumerate() {
-            let node = self.index_for(&*dispatch, number, name)?;
+        for (number, name) in team.names().enumerate() {
+            let node = self.index_for(&team, number, name)?;
             if nodes.contains(&node) {
-                return Err(GraphError::SecondExecutor(name.clone()));
+                return Err(GraphError::SecondExecutor(name.to_owned()));
             }
             nodes.push(node);
         }
@@ -35,45 +62,34 @@ impl Graph {
             .filter(|task_set| task_set.is_executor())
             .count();
         own.sort_by_key(|task_set| nodes.iter().position(|node| task_set.is_own(*node)));
-        let joined = TaskSet::joined(dispatch.clone(), own);
+        let joined = TaskSet::joined(team.clone(), own);
         let together = joined.iter().any(TaskSet::is_executor);
         task_sets.extend(joined);
         self.schedule.set_task_sets(task_sets);
         for (number, node) in nodes.into_iter().enumerate() {
             let node = &mut self.control.nodes[node];
-            node.executor = Some(dispatch.name());
+            node.executor = Some(executor.to_string());
             node.executor_index = together.then_some(index);
-            node.group = dispatch.group(number).map(Into::into);
+            node.group = team.group(number).map(Into::into);
         }
         Ok(())
     }
 
     /// The index of a member, if the executor can have it.
-    fn index_for(
-        &self,
-        dispatch: &dyn Dispatch,
-        number: usize,
-        name: &str,
-    ) -> Result<usize, GraphError> {
+    fn index_for(&self, team: &Team, number: usize, name: &str) -> Result<usize, GraphError> {
         let mut nodes = self.control.nodes.iter();
         let known = nodes.position(|node| node.name == name);
-        let unknown = || GraphError::UnknownCallback(name.to_owned(), dispatch.name());
+        let unknown = || GraphError::UnknownCallback(name.to_owned(), team.executor.to_string());
         let index = known.ok_or_else(unknown)?;
         let node = &self.control.nodes[index];
         if node.executor.is_some() {
             return Err(GraphError::SecondExecutor(name.to_owned()));
         }
-        if !self.schedule.is_joinable(index, dispatch) {
-            return Err(GraphError::ForeignSchedule(
-                name.to_owned(),
-                dispatch.name(),
-            ));
-        }
-        let remedy = dispatch.period_remedy(number);
+        let remedy = team.period_remedy(number);
         match remedy.filter(|_| !node.triggers.is_empty()) {
             Some(remedy) => Err(GraphError::NoPeriod(
                 name.to_owned(),
-                dispatch.name(),
+                team.executor.to_string(),
                 remedy,
             )),
             None => Ok(index),
@@ -96,9 +112,8 @@ impl Graph {
     pub fn needs_virtual_time(&self) -> Option<(String, String)> {
         let mut spare = self.cores.unwrap_or(0);
         self.schedule.task_sets().iter().find_map(|task_set| {
-            let dispatch = task_set.dispatch.as_ref()?;
-            let executor = dispatch.name();
-            let why = match dispatch.threads() {
+            let executor = task_set.team.as_ref()?.executor;
+            let why = match executor.threads() {
                 Threads::Cores(_) if self.cores.is_none() => {
                     format!("under the real clock {executor} needs real-time priority (--realtime)")
                 }

@@ -25,16 +25,18 @@ use crate::{
     control::{
         command::{ClockKind, Speed},
         knob::Knob,
+        refusal::Refusal,
         state::{RunState, Status},
     },
     node::{Node, NodeSlot, Rebuild, Tick},
     qos::Depth,
     rate::Rate,
     record::{RecordSender, Sink},
-    scheduling::{Kit, Plain, Release, Schedule, TaskSet, TaskSpec},
+    scheduling::{Release, Schedule, Task, TaskSet},
     sync::{Arc, Mutex, get_mut, lock},
     time::{HzError, Time},
     topic::{Payload, Topic},
+    trigger::Trigger,
 };
 
 /// An error while building a graph.
@@ -63,9 +65,6 @@ pub enum GraphError {
     /// An executor is to have a node of another executor.
     #[error("{0:?} has an executor already: give each node one")]
     SecondExecutor(String),
-    /// An executor is to have a node whose schedule it does not know.
-    #[error("the executor {1} does not know the schedule of {0:?}: leave the node on its own")]
-    ForeignSchedule(String, String),
     /// A number that is not a rate.
     #[error(transparent)]
     Rate(#[from] HzError),
@@ -117,13 +116,8 @@ impl Default for Graph {
 }
 
 impl Graph {
-    /// An empty graph at run time zero, whose nodes tick at their rates.
+    /// Creates an empty graph at run time zero.
     pub fn new() -> Self {
-        Self::with(Plain)
-    }
-
-    /// An empty graph whose nodes and topics get what this `kit` has for them.
-    pub fn with(kit: impl Kit + 'static) -> Self {
         let status = Status {
             clock: ClockKind::Virtual,
             paused: false,
@@ -140,7 +134,6 @@ impl Graph {
                 topics: Vec::new(),
                 records: RecordSender::default(),
                 seed: 0,
-                kit: Box::new(kit),
             },
             arrivals: Arc::default(),
             cores: None,
@@ -245,14 +238,13 @@ impl Graph {
         self.control.remote.push(new.remote);
         let name = Arc::<str>::from(new.name);
         let member = new.member(name.clone(), index, intakes.len(), &ends);
-        let spec = TaskSpec {
-            name,
-            seed: self.control.seed,
-            rate: Rate::new(new.release.hz(), self.now()),
-            inputs: intakes,
+        let trigger = match new.release {
+            Release::Every(_) => None,
+            Release::On(matching) => Some(Trigger::new(matching, intakes)),
         };
-        let scheduler = new.release.scheduler(&*self.control.kit, spec);
-        self.schedule.add(TaskSet::of(scheduler, member));
+        let rate = Rate::new(new.release.hz(), self.now());
+        let task = Task::new(name, self.control.seed, rate, trigger);
+        self.schedule.add(TaskSet::new(task, member));
         let slot = NodeSlot::new(node, ends, fixed);
         self.slots.push(Mutex::new(slot));
         Ok(())
@@ -336,14 +328,15 @@ impl Graph {
     ///
     /// # Errors
     /// The reason, with the available alternatives.
-    pub fn check(&self, knob: &Knob) -> Result<(), String> {
+    pub fn check(&self, knob: &Knob) -> Result<(), Refusal> {
         if knob.kind().is_of_topic() {
             return self.control.check(knob);
         }
         let index = self.control.node_index(knob.target())?;
-        match self.is_here(index) {
-            true => self.schedule.check(index, &lock(&self.slots[index]), knob),
-            false => Ok(()),
+        if self.is_here(index) {
+            self.schedule.check(index, &lock(&self.slots[index]), knob)
+        } else {
+            Ok(())
         }
     }
 
@@ -351,11 +344,12 @@ impl Graph {
     ///
     /// # Errors
     /// The reason and a remedy; nothing is changed then.
-    pub fn set(&mut self, knob: &Knob) -> Result<String, String> {
+    pub fn set(&mut self, knob: &Knob) -> Result<String, Refusal> {
         let now = self.now();
-        match knob.kind().is_of_topic() {
-            true => self.control.set(knob, now),
-            false => self.set_node(knob, now),
+        if knob.kind().is_of_topic() {
+            self.control.set(knob, now)
+        } else {
+            self.set_node(knob, now)
         }
     }
 
@@ -363,15 +357,13 @@ impl Graph {
     ///
     /// # Errors
     /// The reason and a remedy.
-    pub(crate) fn set_node(&mut self, knob: &Knob, at: Time) -> Result<String, String> {
+    pub(crate) fn set_node(&mut self, knob: &Knob, at: Time) -> Result<String, Refusal> {
         let index = self.control.node_index(knob.target())?;
-        match self.is_here(index) {
-            true => {
-                let slot = get_mut(&mut self.slots[index]);
-                self.schedule.set(index, slot, knob, at)
-            }
+        if !self.is_here(index) {
             // A setting for the process in which it runs.
-            false => Ok(String::new()),
+            return Ok(String::new());
         }
+        let slot = get_mut(&mut self.slots[index]);
+        self.schedule.set(index, slot, knob, at)
     }
 }

@@ -118,8 +118,7 @@ impl<'g> Wiring<'g> {
     /// reads the one that the tick is for, whatever the read order of the topic.
     ///
     /// ```
-    /// use ratelab::{Depth, Graph, Tick, Topic};
-    /// use ratelab_effects::Match;
+    /// use ratelab::{Depth, Graph, Match, Tick, Topic};
     ///
     /// let (left, right) = (Topic::new("/left", Depth::ONE), Topic::new("/right", Depth::ONE));
     /// let mut graph = Graph::new();

@@ -7,11 +7,11 @@ use crate::time::Time;
 /// What a node is to do. It has the size of two words, because it is handed from function to
 /// function in every tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Job {
+pub(crate) struct Job {
     lateness: u64,
     member: u32,
     /// What it is to do.
-    pub kind: JobKind,
+    pub(crate) kind: JobKind,
 }
 
 /// The kinds of jobs.
@@ -33,7 +33,7 @@ impl Job {
     const UNKNOWN: u64 = u64::MAX;
 
     /// A job for this member of a task set.
-    pub fn new(member: usize, kind: JobKind) -> Self {
+    pub(crate) fn new(member: usize, kind: JobKind) -> Self {
         Self {
             lateness: Self::UNKNOWN,
             member: member as u32,
@@ -43,7 +43,7 @@ impl Job {
 
     /// Sets how late its tick begins, if that is known.
     #[must_use]
-    pub fn late(self, lateness: Option<Duration>) -> Self {
+    pub(crate) fn late(self, lateness: Option<Duration>) -> Self {
         let nanos = lateness.map(|late| u64::try_from(late.as_nanos()).unwrap_or(u64::MAX - 1));
         Self {
             lateness: nanos.unwrap_or(Self::UNKNOWN),
@@ -52,12 +52,12 @@ impl Job {
     }
 
     /// The node, by its number in the task set.
-    pub fn member(self) -> usize {
+    pub(crate) fn member(self) -> usize {
         self.member as usize
     }
 
     /// Lateness of its start, if it is known.
-    pub fn lateness(self) -> Option<Duration> {
+    pub(crate) fn lateness(self) -> Option<Duration> {
         (self.lateness != Self::UNKNOWN).then(|| Duration::from_nanos(self.lateness))
     }
 }

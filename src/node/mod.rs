@@ -10,16 +10,11 @@ use std::error::Error;
 
 use thiserror::Error;
 
+pub use self::{job::JobKind, last_tick::LastTick, tick::Tick};
 pub(crate) use self::{
-    job::WorkTimes,
+    job::{Job, WorkTimes},
     slot::{Ends, Fixed, NodeSlot, Rebuild},
     stamp_clock::StampClock,
-};
-pub use self::{
-    job::{Job, JobKind},
-    last_tick::LastTick,
-    stamp_clock::Stamps,
-    tick::Tick,
 };
 
 use crate::time::Time;
@@ -46,9 +41,12 @@ impl Flow {
     }
 }
 
+/// The error of a node, of any type.
+pub type NodeError = Box<dyn Error + Send + Sync>;
+
 /// The result of a tick: how the run goes on, or the failure of the node, reported as a [`Fault`]
 /// that names it.
-pub type TickResult = Result<Flow, Box<dyn Error + Send + Sync>>;
+pub type TickResult = Result<Flow, NodeError>;
 
 /// What a closure that is a node may return: nothing, a [`Flow`], or a [`TickResult`].
 #[diagnostic::on_unimplemented(
@@ -150,11 +148,11 @@ pub trait Node: Send {
     /// # Errors
     /// The reason if the node cannot restart. The default refuses, because the initial
     /// state is unknown.
-    fn restart(&mut self) -> Result<(), String> {
+    fn restart(&mut self) -> Result<(), NodeError> {
         Err(
             "this node cannot be started again: it is built once, and does not implement \
              Node::restart"
-                .to_owned(),
+                .into(),
         )
     }
 
@@ -165,9 +163,9 @@ pub trait Node: Send {
     /// # Errors
     /// The reason and a remedy; the node is then unchanged. The default refuses every
     /// text.
-    fn on_message(&mut self, text: &str) -> Result<String, String> {
+    fn on_message(&mut self, text: &str) -> Result<String, NodeError> {
         let _ = text;
-        Err("this node takes no orders".to_owned())
+        Err("this node takes no orders".into())
     }
 
     /// Sets a parameter of the node at run time `now`, between two calls of it, and returns
@@ -176,9 +174,9 @@ pub trait Node: Send {
     ///
     /// # Errors
     /// The reason and a remedy; the node is then unchanged. The default knows no parameter.
-    fn set_parameter(&mut self, name: &str, value: &str, now: Time) -> Result<String, String> {
+    fn set_parameter(&mut self, name: &str, value: &str, now: Time) -> Result<String, NodeError> {
         let _ = (value, now);
-        Err(format!("this node has no parameter {name:?}"))
+        Err(format!("this node has no parameter {name:?}").into())
     }
 }
 
@@ -202,7 +200,7 @@ pub struct Fault {
     pub at: Time,
     /// What went wrong.
     #[source]
-    pub cause: Box<dyn Error + Send + Sync>,
+    pub cause: NodeError,
 }
 
 /// An error of a tick after which the node counts as crashed, and the run goes on: what the

@@ -6,14 +6,17 @@ use std::{
 };
 
 use super::{
-    Flow, Node, NodeCrash, Panicked, TickResult,
+    Flow, Node, NodeCrash, NodeError, Panicked, TickResult,
     job::{Job, JobKind, WorkTimes},
     last_tick::LastTick,
     stamp_clock::StampClock,
     tick::Tick,
 };
 use crate::{
-    control::knob::{Knob, KnobKind},
+    control::{
+        knob::{Knob, KnobKind},
+        refusal::Refusal,
+    },
     record::{NodeRecord, RecordSender, TickTimes},
     sync::Arc,
     time::Time,
@@ -101,10 +104,11 @@ impl NodeSlot {
     }
 
     /// Checks that the node has this knob.
-    pub(crate) fn check(&self, knob: &Knob) -> Result<(), String> {
-        match self.fixed.kinds.contains(&knob.kind()) {
-            true => Err(self.fixed.reason.to_owned()),
-            false => Ok(()),
+    pub(crate) fn check(&self, knob: &Knob) -> Result<(), Refusal> {
+        if self.fixed.kinds.contains(&knob.kind()) {
+            Err(Refusal::Fixed(self.fixed.reason))
+        } else {
+            Ok(())
         }
     }
 
@@ -262,27 +266,32 @@ impl NodeSlot {
     /// fails.
     pub(crate) fn ask(
         &mut self,
-        obey: impl FnOnce(&mut dyn Node) -> Result<String, String>,
-    ) -> Result<String, String> {
-        caught(|| obey(&mut *self.node)).unwrap_or_else(|panicked| {
-            let reason = panicked.to_string();
-            self.panicked = Some(panicked);
-            Err(reason)
-        })
+        obey: impl FnOnce(&mut dyn Node) -> Result<String, NodeError>,
+    ) -> Result<String, Refusal> {
+        match caught(|| obey(&mut *self.node)) {
+            Ok(answer) => answer.map_err(|error| Refusal::ByNode(error.to_string())),
+            Err(panicked) => {
+                let reason = panicked.to_string();
+                self.panicked = Some(panicked);
+                Err(Refusal::ByNode(reason))
+            }
+        }
     }
 
     /// Builds the node once more, or has it begin anew.
     ///
     /// # Errors
     /// The reason if it cannot.
-    pub(crate) fn begin_anew(&mut self) -> Result<(), String> {
-        caught(|| self.rebuild()).unwrap_or_else(|panicked| Err(panicked.to_string()))?;
+    pub(crate) fn begin_anew(&mut self) -> Result<(), Refusal> {
+        caught(|| self.rebuild())
+            .unwrap_or_else(|panicked| Err(panicked.into()))
+            .map_err(|error| Refusal::ByNode(error.to_string()))?;
         self.panicked = None;
         self.tick.forget_reads();
         Ok(())
     }
 
-    fn rebuild(&mut self) -> Result<(), String> {
+    fn rebuild(&mut self) -> Result<(), NodeError> {
         let Some(again) = &mut self.again else {
             return self.node.restart();
         };

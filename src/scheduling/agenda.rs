@@ -6,7 +6,7 @@ use crate::time::Time;
 
 /// The order of alarms within one instant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Phase {
+pub(crate) enum Phase {
     /// Ticks end, by priority. Messages arrive after that, in the order of publication.
     End = 0,
     /// Timers of executors are due, in the order of registration.
@@ -171,10 +171,11 @@ impl Agenda {
     #[inline]
     fn first(&self) -> Option<InstantKey> {
         let instants = self.instants.as_slice();
-        let first = match self.is_first_over {
+        let first = if self.is_first_over {
             // The slice is a binary heap, the greatest first: the next is one of its children.
-            true => instants.get(1).max(instants.get(2)),
-            false => instants.first(),
+            instants.get(1).max(instants.get(2))
+        } else {
+            instants.first()
         };
         first.map(|first| first.0)
     }
@@ -205,9 +206,10 @@ impl Agenda {
                 self.instants.pop();
             }
             let bucket = next.bucket();
-            match self.batch.is_empty() {
-                true => std::mem::swap(&mut self.batch, &mut self.buckets[bucket]),
-                false => self.batch.append(&mut self.buckets[bucket]),
+            if self.batch.is_empty() {
+                std::mem::swap(&mut self.batch, &mut self.buckets[bucket]);
+            } else {
+                self.batch.append(&mut self.buckets[bucket]);
             }
             self.free.push(bucket);
         }

@@ -11,23 +11,18 @@
 //! | assignment | a job of a node, on its way from the schedule to who does it |
 
 mod agenda;
-mod dispatch;
-mod kit;
+pub(crate) mod executors;
 mod node_knobs;
-mod periodic;
+mod own;
 mod release;
 mod schedule;
 mod scheduler;
+mod task;
 mod task_set;
 
-pub use agenda::Phase;
-pub use dispatch::{Dispatch, Joined, Threads};
-pub use kit::{Kit, TaskSpec};
-pub use periodic::Periodic;
-pub(crate) use periodic::Plain;
 pub(crate) use release::EACH;
-pub use release::{Matching, Release};
+pub use release::Release;
 pub(crate) use schedule::{Assignment, Schedule};
 pub(crate) use scheduler::Member;
-pub use scheduler::{Scheduler, SchedulerEvent, TaskState, Timetable};
+pub(crate) use task::Task;
 pub(crate) use task_set::TaskSet;

@@ -5,7 +5,7 @@ use super::{
     scheduler::{Member, SchedulerEvent},
 };
 use crate::{
-    control::{event::EventKind, knob::Knob, state::RunState},
+    control::{event::EventKind, knob::Knob, refusal::Refusal, state::RunState},
     node::{Fault, Flow, NodeCrash, NodeSlot, TickResult},
     record::NodeRecord,
     time::Time,
@@ -16,7 +16,7 @@ impl Schedule {
     ///
     /// # Errors
     /// The reason, with a remedy.
-    pub(crate) fn check(&self, node: usize, slot: &NodeSlot, knob: &Knob) -> Result<(), String> {
+    pub(crate) fn check(&self, node: usize, slot: &NodeSlot, knob: &Knob) -> Result<(), Refusal> {
         slot.check(knob)?;
         match knob {
             Knob::Send { .. } | Knob::Parameter { .. } => Ok(()),
@@ -38,7 +38,7 @@ impl Schedule {
         slot: &mut NodeSlot,
         knob: &Knob,
         now: Time,
-    ) -> Result<String, String> {
+    ) -> Result<String, Refusal> {
         self.check(node, slot, knob)?;
         let (task_set, member) = self.place(node);
         match knob {
@@ -66,7 +66,7 @@ impl Schedule {
         self.record(node, NodeRecord::Crashed);
     }
 
-    fn restart(&mut self, node: usize, slot: &mut NodeSlot, now: Time) -> Result<String, String> {
+    fn restart(&mut self, node: usize, slot: &mut NodeSlot, now: Time) -> Result<String, Refusal> {
         let (task_set, member) = self.place(node);
         let was = self.condition(node);
         // A node that is built once more crashes first, another one only once it has begun anew.

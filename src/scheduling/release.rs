@@ -1,13 +1,7 @@
 //! When a node ticks.
 
-use std::fmt;
-
-use super::{
-    kit::{Kit, TaskSpec},
-    scheduler::Scheduler,
-};
 use crate::{
-    sync::Arc,
+    settings::matching::Match,
     time::{Hz, HzError},
 };
 
@@ -22,8 +16,7 @@ use crate::{
 /// | loss | counted as overruns of the node | a full queue drops its oldest: a drop of the topic |
 ///
 /// ```
-/// use ratelab::{Clock, Depth, Graph, Hz, Inbox, Tick, Time, Topic, VirtualClock};
-/// use ratelab_effects::Match;
+/// use ratelab::{Clock, Depth, Graph, Hz, Inbox, Match, Tick, Time, Topic, VirtualClock};
 ///
 /// let image = Topic::new("/image", Depth::ONE);
 /// let mut graph = Graph::new();
@@ -45,34 +38,19 @@ use crate::{
 /// assert_eq!(detected.published(), 31);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Release {
     /// At a rate.
     Every(Hz),
     /// When a message has arrived on each topic that
     /// [triggers](crate::Wiring::trigger) the node.
-    On(Arc<dyn Matching>),
-}
-
-/// How the messages of the topics that trigger a node become the inputs of its ticks; as text its
-/// name in a [`NodeTopology`](crate::NodeTopology).
-pub trait Matching: fmt::Debug + fmt::Display + Send + Sync {
-    /// The scheduler of a node whose ticks have these inputs.
-    fn scheduler(&self, spec: TaskSpec) -> Box<dyn Scheduler>;
+    On(Match),
 }
 
 /// The name of the matching of a node without several triggers.
 pub(crate) const EACH: &str = "each";
 
 impl Release {
-    /// The scheduler of a node, by its matching or by the `kit` of its graph.
-    pub(crate) fn scheduler(&self, kit: &dyn Kit, spec: TaskSpec) -> Box<dyn Scheduler> {
-        match self {
-            Self::Every(_) => kit.scheduler(spec),
-            Self::On(matching) => matching.scheduler(spec),
-        }
-    }
-
     /// The name of the matching.
     pub(crate) fn matching(&self) -> String {
         match self {
@@ -101,5 +79,11 @@ impl TryFrom<f64> for Release {
 impl From<Hz> for Release {
     fn from(hz: Hz) -> Self {
         Self::Every(hz)
+    }
+}
+
+impl From<Match> for Release {
+    fn from(matching: Match) -> Self {
+        Self::On(matching)
     }
 }

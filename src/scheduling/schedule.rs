@@ -4,9 +4,8 @@ use std::{collections::BTreeSet, mem::take};
 
 use super::{
     agenda::{Agenda, AgendaItem},
-    dispatch::Dispatch,
-    scheduler::{Member, Scheduler, SchedulerEvent, TaskState, Timetable},
-    task_set::TaskSet,
+    scheduler::{Member, SchedulerEvent, TaskState, Timetable},
+    task_set::{Scheduler, TaskSet},
 };
 use crate::{
     arrival::Arrival,
@@ -105,11 +104,6 @@ impl Schedule {
         self.places[node - self.lowest]
     }
 
-    /// Whether an executor can have this node, which is on its own.
-    pub(crate) fn is_joinable(&self, node: usize, dispatch: &dyn Dispatch) -> bool {
-        dispatch.can_join(&*self.task_sets[self.place(node).0].scheduler)
-    }
-
     /// Where a node is in its schedule at run time `now`.
     pub(crate) fn state(&self, node: usize, now: Time) -> TaskState {
         let (task_set, member) = self.place(node);
@@ -178,9 +172,10 @@ impl Schedule {
     /// Run time of the next event; [`Time::MAX`] without one.
     pub(crate) fn next_at(&self) -> Time {
         let next = self.agenda.next_at();
-        match self.choosing.is_empty() {
-            true => next,
-            false => next.min(self.choosing_at),
+        if self.choosing.is_empty() {
+            next
+        } else {
+            next.min(self.choosing_at)
         }
     }
 
@@ -275,7 +270,7 @@ impl Schedule {
         number: usize,
         now: Time,
         over: bool,
-        ask: impl FnOnce(&mut dyn Scheduler, &mut Timetable<'_>) -> R,
+        ask: impl FnOnce(&mut Scheduler, &mut Timetable<'_>) -> R,
     ) -> R {
         let task_set = &mut self.task_sets[number];
         let mut chooses = false;
@@ -287,7 +282,7 @@ impl Schedule {
             agenda: &mut self.agenda,
             chooses: &mut chooses,
         };
-        let answer = ask(&mut *task_set.scheduler, &mut timetable);
+        let answer = ask(&mut task_set.scheduler, &mut timetable);
         if chooses {
             self.choosing_at = now;
             self.choosing.insert(number);

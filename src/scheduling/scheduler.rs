@@ -1,22 +1,23 @@
 //! When, and in which order, nodes run.
 
-use std::{any::Any, time::Duration};
+use std::time::Duration;
 
 use super::agenda::{Agenda, Phase};
 use crate::{
-    control::{command::ClockKind, knob::Knob},
-    node::{Job, StampClock, Stamps},
+    control::command::ClockKind,
+    node::{Job, StampClock},
     record::{NodeRecord, RecordSender},
+    settings::local_clock::LocalClock,
     sync::Arc,
     time::{Hz, Time},
 };
 
-/// Decides when the nodes of a task set run: a node with a thread of its own, or those of an
+/// What the scheduler of a task set hears of: a node with a thread of its own, or the nodes of an
 /// executor.
 ///
-/// It owns no node and waits for nothing. It hears of events, asks for alarms, and names the
-/// next job: so the same one serves both clocks. Its nodes are its members, known by their
-/// number in the order of registration.
+/// A scheduler owns no node and waits for nothing. It hears of events, asks for alarms, and names the
+/// next job: so the same one serves both clocks. Its nodes are its members, known by their number in
+/// the order of registration.
 ///
 /// | event | what it may do |
 /// |---|---|
@@ -30,38 +31,9 @@ use crate::{
 /// | `Crashed`, `Restarted` | forget what it planned; begin anew |
 /// | `Closed` | count due times that have passed during a tick |
 ///
-/// Only `Alarm` and `Choose` are answered by a job. See `periodic.rs` for the simplest
-/// one, and `crates/effects/src/nodes/own.rs` for one with triggers and ticks that take time.
-pub trait Scheduler: Any + Send {
-    /// Something has happened at `timetable.now()`; returns the job to be done now, if there is
-    /// one.
-    /// An alarm that is no longer of use does no harm.
-    fn on(&mut self, event: SchedulerEvent, timetable: &mut Timetable<'_>) -> Option<Job>;
-
-    /// Where a node is in its schedule at run time `now`.
-    fn state(&self, member: usize, now: Time) -> TaskState;
-
-    /// Checks that the schedule of a node has this knob, and that its value is complete.
-    ///
-    /// # Errors
-    /// The reason, with a remedy.
-    fn check(&self, member: usize, knob: &Knob) -> Result<(), String>;
-
-    /// Sets a knob of a node's schedule that was checked; returns the value before.
-    ///
-    /// # Errors
-    /// The reason, for a knob that it does not know.
-    fn set(
-        &mut self,
-        member: usize,
-        knob: &Knob,
-        timetable: &mut Timetable<'_>,
-    ) -> Result<String, String>;
-}
-
-/// What a scheduler hears of.
+/// Only `Alarm` and `Choose` are answered by a job. See `own.rs` for the simplest scheduler.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SchedulerEvent {
+pub(crate) enum SchedulerEvent {
     /// A clock begins.
     Opened {
         /// Whether the nodes have run under another clock since, or not at all.
@@ -111,24 +83,24 @@ pub enum SchedulerEvent {
 
 /// Where a node is in its schedule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TaskState {
+pub(crate) struct TaskState {
     /// Its rate; the lowest one for a node that messages trigger.
-    pub hz: Hz,
+    pub(crate) hz: Hz,
     /// Due time of its next tick; [`Time::MAX`] if it has none.
-    pub due: Time,
+    pub(crate) due: Time,
     /// Due time of the period before that.
-    pub last_due: Option<Time>,
+    pub(crate) last_due: Option<Time>,
     /// Whether ticks are skipped that are due while it is busy.
-    pub skips: bool,
+    pub(crate) skips: bool,
     /// Whether it has crashed.
-    pub crashed: bool,
+    pub(crate) crashed: bool,
     /// Time on a core that the running tick still needs.
-    pub remaining: Option<Duration>,
+    pub(crate) remaining: Option<Duration>,
     /// Run time by which the running tick, or else the next one, is to be over, if that decides who
     /// gets a core.
-    pub deadline: Option<Time>,
+    pub(crate) deadline: Option<Time>,
     /// Whether that tick keeps a core busy under the real clock.
-    pub busy: bool,
+    pub(crate) busy: bool,
 }
 
 /// A node as its scheduler knows it.
@@ -146,7 +118,7 @@ pub(crate) struct Member {
 }
 
 /// What a scheduler can ask for, at an instant of the run.
-pub struct Timetable<'a> {
+pub(crate) struct Timetable<'a> {
     pub(super) now: Time,
     pub(super) clock: ClockKind,
     pub(super) over: bool,
@@ -158,25 +130,25 @@ pub struct Timetable<'a> {
 impl Timetable<'_> {
     /// Run time.
     #[inline]
-    pub fn now(&self) -> Time {
+    pub(crate) fn now(&self) -> Time {
         self.now
     }
 
     /// The clock that runs the nodes.
     #[inline]
-    pub fn clock(&self) -> ClockKind {
+    pub(crate) fn clock(&self) -> ClockKind {
         self.clock
     }
 
     /// Whether the end of the run has passed, so that only those tick that were due before.
-    pub fn is_over(&self) -> bool {
+    pub(crate) fn is_over(&self) -> bool {
         self.over
     }
 
     /// Asks for an alarm of a node; none at [`Time::MAX`], and none for a node of another
     /// process. One for a time that has passed has its place in the order of this instant.
     #[inline]
-    pub fn alarm(&mut self, at: Time, phase: Phase, member: usize) {
+    pub(crate) fn alarm(&mut self, at: Time, phase: Phase, member: usize) {
         let known = &self.members[member];
         if at == Time::MAX || known.remote {
             return;
@@ -189,7 +161,7 @@ impl Timetable<'_> {
     }
 
     /// Has a message arrive now for a node, as if it had just been published.
-    pub fn arrive(&mut self, member: usize, input: usize) {
+    pub(crate) fn arrive(&mut self, member: usize, input: usize) {
         let known = &self.members[member];
         if !known.remote {
             self.agenda.add_arrival(self.now, known.node, input);
@@ -197,31 +169,31 @@ impl Timetable<'_> {
     }
 
     /// Asks for one [`SchedulerEvent::Choose`] after all else of this instant.
-    pub fn choose(&mut self) {
+    pub(crate) fn choose(&mut self) {
         *self.chooses = true;
     }
 
     /// Priority of a node: of nodes that are due together the one with the lowest number is
     /// first.
-    pub fn priority(&self, member: usize) -> u32 {
+    pub(crate) fn priority(&self, member: usize) -> u32 {
         self.members[member].priority
     }
 
     /// Counts due times of a node that passed while it was busy.
-    pub fn skipped(&self, member: usize, ticks: u64) {
+    pub(crate) fn skipped(&self, member: usize, ticks: u64) {
         if ticks > 0 {
             self.record(member, NodeRecord::Skipped(ticks));
         }
     }
 
     /// Records another rate of a node.
-    pub fn rated(&self, member: usize, hz: Hz) {
+    pub(crate) fn rated(&self, member: usize, hz: Hz) {
         self.record(member, NodeRecord::Rate(hz));
     }
 
-    /// Has the messages of a node stamped by a clock of its own from now on.
-    pub fn stamp_by(&self, member: usize, stamps: Stamps) {
-        self.members[member].clock.set(stamps);
+    /// Stamps the messages of a node by a clock of its own from now on.
+    pub(crate) fn stamp_by(&self, member: usize, clock: LocalClock) {
+        self.members[member].clock.set(clock);
     }
 
     fn record(&self, member: usize, record: NodeRecord) {

@@ -1,69 +1,154 @@
 //! Nodes with one scheduler.
 //!
-//! A node begins on its own. An executor has the task sets of its nodes joined
-//! ([`Dispatch::join`]). A clock with threads takes all task sets of a graph
-//! ([`Graph::apart`](crate::Graph::apart)); where each node of an executor is to have a thread, it
-//! has that task set split ([`Dispatch::split`]) until its threads have ended.
+//! A node begins on its own. An executor joins the task sets of its nodes. A clock with threads takes
+//! all task sets of a graph ([`Graph::apart`](crate::Graph::apart)); where each node of an executor is
+//! to have a thread, the clock splits that task set until its threads have ended.
 
 use std::collections::BTreeSet;
 
 use super::{
-    dispatch::{Dispatch, Joined},
-    scheduler::{Member, Scheduler},
+    executors::{
+        executor::Threads,
+        ordered::{CallbackOrder, Ordered},
+        team::Team,
+    },
+    own::Own,
+    scheduler::{Member, SchedulerEvent, TaskState, Timetable},
+    task::Task,
 };
-use crate::sync::Arc;
+use crate::{
+    control::{knob::Knob, refusal::Refusal},
+    node::Job,
+    sync::Arc,
+    time::Time,
+};
 
 /// Nodes with one scheduler: those of an executor, or a node on its own.
 pub(crate) struct TaskSet {
-    pub(crate) scheduler: Box<dyn Scheduler>,
+    pub(crate) scheduler: Scheduler,
     /// In the order of registration.
     pub(crate) members: Vec<Member>,
     /// The executor, if it is one.
-    pub(crate) dispatch: Option<Arc<dyn Dispatch>>,
+    pub(crate) team: Option<Arc<Team>>,
     /// Turns of its threads so far.
     pub(crate) turns: u64,
 }
 
+/// Decides when the nodes of a task set run; see [`SchedulerEvent`].
+pub(crate) enum Scheduler {
+    /// A node with a thread of its own.
+    Own(Box<Own>),
+    /// The nodes of an executor.
+    Ordered(Ordered),
+}
+
+impl Scheduler {
+    /// Hears of an event at `plan.now()`; returns the job to be done now, if there is one. An alarm
+    /// that is no longer of use does no harm.
+    #[inline]
+    pub(crate) fn on(&mut self, event: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job> {
+        match self {
+            Self::Own(own) => own.on(event, plan),
+            Self::Ordered(ordered) => ordered.on(event, plan),
+        }
+    }
+
+    /// Where a node is in its schedule at run time `now`.
+    pub(crate) fn state(&self, member: usize, now: Time) -> TaskState {
+        match self {
+            Self::Own(own) => own.state(now),
+            Self::Ordered(ordered) => ordered.state(member, now),
+        }
+    }
+
+    /// Checks that the schedule of a node has this knob, and that its value is complete.
+    pub(crate) fn check(&self, member: usize, knob: &Knob) -> Result<(), Refusal> {
+        match self {
+            Self::Own(own) => own.check(knob),
+            Self::Ordered(ordered) => ordered.check(member, knob),
+        }
+    }
+
+    /// Sets a knob of a node's schedule that was checked; returns the value before.
+    pub(crate) fn set(
+        &mut self,
+        member: usize,
+        knob: &Knob,
+        plan: &mut Timetable<'_>,
+    ) -> Result<String, Refusal> {
+        match self {
+            Self::Own(own) => own.set(knob, plan),
+            Self::Ordered(ordered) => ordered.set(member, knob, plan),
+        }
+    }
+
+    fn into_tasks(self) -> Vec<Task> {
+        match self {
+            Self::Own(own) => vec![own.task],
+            Self::Ordered(ordered) => ordered.tasks,
+        }
+    }
+}
+
 impl TaskSet {
     /// A node on its own.
-    pub(crate) fn of(scheduler: Box<dyn Scheduler>, member: Member) -> Self {
+    pub(crate) fn new(task: Task, member: Member) -> Self {
+        Self::alone(Scheduler::Own(Box::new(Own::new(task))), member)
+    }
+
+    fn alone(scheduler: Scheduler, member: Member) -> Self {
         Self {
             scheduler,
             members: vec![member],
-            dispatch: None,
+            team: None,
             turns: 0,
         }
     }
 
     /// The nodes of an executor that were on their own: one task set, or still one each.
-    pub(crate) fn joined(dispatch: Arc<dyn Dispatch>, own: Vec<Self>) -> Vec<Self> {
+    pub(crate) fn joined(team: Arc<Team>, own: Vec<Self>) -> Vec<Self> {
         let own = own
             .into_iter()
-            .map(|task_set| (task_set.scheduler, task_set.members));
-        let (schedulers, members): (Vec<_>, Vec<_>) = own.unzip();
+            .map(|task_set| (task_set.scheduler.into_tasks(), task_set.members));
+        let (tasks, members): (Vec<_>, Vec<_>) = own.unzip();
+        let mut tasks: Vec<Task> = tasks.into_iter().flatten().collect();
         let members = members.into_iter().flatten();
-        match dispatch.join(schedulers) {
-            Joined::Together(scheduler) => vec![Self {
-                scheduler,
+        if team.executor.kind().has_groups {
+            tasks.iter_mut().for_each(Task::skip_first);
+        }
+        match team.order() {
+            Some(order) => vec![Self {
+                scheduler: Scheduler::Ordered(Ordered::new(tasks, order)),
                 members: members.collect(),
-                dispatch: Some(dispatch),
+                team: Some(team),
                 turns: 0,
             }],
-            Joined::Apart(schedulers) => Self::each(schedulers, members),
+            None => {
+                let apart = tasks.into_iter().zip(members);
+                apart
+                    .map(|(task, member)| {
+                        Self::alone(Scheduler::Own(Box::new(Own::new_let(task))), member)
+                    })
+                    .collect()
+            }
         }
     }
 
     /// The nodes of an executor as a task set each.
-    pub(crate) fn split(self, dispatch: &dyn Dispatch) -> Vec<Self> {
-        Self::each(dispatch.split(self.scheduler), self.members)
+    pub(crate) fn split(self, team: &Team) -> Vec<Self> {
+        let ordered = |(task, order): (Task, Box<dyn CallbackOrder>)| {
+            Scheduler::Ordered(Ordered::new(vec![task], order))
+        };
+        let parts = team.orders_apart(self.scheduler.into_tasks()).map(ordered);
+        parts
+            .zip(self.members)
+            .map(|(scheduler, member)| Self::alone(scheduler, member))
+            .collect()
     }
 
-    fn each(
-        schedulers: Vec<Box<dyn Scheduler>>,
-        members: impl IntoIterator<Item = Member>,
-    ) -> Vec<Self> {
-        let apart = schedulers.into_iter().zip(members);
-        apart.map(|(own, member)| Self::of(own, member)).collect()
+    /// The threads of the executor under the real clock, if it is one.
+    pub(crate) fn threads(&self) -> Option<Threads> {
+        Some(self.team.as_ref()?.executor.threads())
     }
 
     /// The place of each node's priority among those of all that run here, the highest first.
@@ -76,7 +161,7 @@ impl TaskSet {
 
     /// Whether it is an executor.
     pub(crate) fn is_executor(&self) -> bool {
-        self.dispatch.is_some()
+        self.team.is_some()
     }
 
     /// Whether it is this node on its own.

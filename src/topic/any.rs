@@ -1,24 +1,22 @@
 //! A topic, regardless of its payload.
 
-use super::{
-    Topic,
-    channel::{Channel, Transit},
-    message::Payload,
+use super::{Topic, link_channel::LinkChannel, message::Payload, transit::Transit};
+use crate::{
+    arrival::Arrival,
+    control::{knob::Knob, refusal::Refusal},
+    qos::Depth,
+    record::RecordSender,
+    time::Time,
 };
-use crate::{arrival::Arrival, control::knob::Knob, qos::Depth, record::RecordSender, time::Time};
-
-/// Makes what lies between the publishers and the readers of a topic, if the graph has any of it.
-type NewChannel<'a> = &'a dyn Fn() -> Option<Box<dyn Channel>>;
 
 /// A topic, regardless of its payload.
 pub(crate) trait AnyTopic: Send {
-    /// Sets a knob of the topic, or of the channel between its publishers and readers, for
-    /// messages published from run time `now` on; returns the value before.
+    /// Sets a knob of the topic, or of its link in a run with this `seed`, for messages published
+    /// from run time `now` on; returns the value before.
     ///
     /// # Errors
-    /// The reason, for a knob that the kit does not know, and for a message that is published
-    /// already.
-    fn set(&self, knob: &Knob, new_channel: NewChannel<'_>, now: Time) -> Result<String, String>;
+    /// [`Refusal`] for a message that is published already, and for a knob of a node.
+    fn set(&self, knob: &Knob, seed: u64, now: Time) -> Result<String, Refusal>;
 
     /// Queue depth.
     fn depth(&self) -> Depth;
@@ -34,7 +32,7 @@ pub(crate) trait AnyTopic: Send {
 }
 
 impl<T: Payload> AnyTopic for Topic<T> {
-    fn set(&self, knob: &Knob, new_channel: NewChannel<'_>, now: Time) -> Result<String, String> {
+    fn set(&self, knob: &Knob, seed: u64, now: Time) -> Result<String, Refusal> {
         match knob {
             Knob::Depth { depth, .. } => return Ok(self.set_depth(*depth, now).to_string()),
             Knob::Read { order, .. } => {
@@ -46,13 +44,13 @@ impl<T: Payload> AnyTopic for Topic<T> {
         let mut bus = self.0.lock();
         let queue = &mut *bus;
         match knob.message() {
-            Some(seq) => queue.is_still_to_come(seq)?,
+            Some(seq) => queue.ensure_unpublished(seq)?,
             None => queue.deliver_before(now),
         }
         let transit = match &mut queue.transit {
             Some(transit) => transit,
             none => {
-                let channel = new_channel().ok_or_else(|| knob.not_in_kit())?;
+                let channel = LinkChannel::new(seed, self.name());
                 let newest = queue.messages.back().cloned();
                 none.insert(Box::new(Transit::new(channel, queue.next_seq, newest)))
             }

@@ -15,7 +15,7 @@ use super::{
 use crate::{arrival::Arrivals, record::TopicRecord, sync::Arc, time::Time};
 
 /// A topic that triggers a node, regardless of its payload.
-pub trait Intake: Send {
+pub(crate) trait Intake: Send {
     /// Run time of the delivery of the oldest message that was not yet taken.
     fn oldest(&self, now: Time) -> Option<Time>;
 
@@ -36,7 +36,7 @@ pub trait Intake: Send {
 
 /// A message taken from a queue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TakenMessage {
+pub(crate) struct TakenMessage {
     /// Its sequence number.
     pub seq: u64,
     /// Run time of the sensing behind it.

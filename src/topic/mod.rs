@@ -27,19 +27,23 @@
 //! `tests/library/links.rs`, triggers in `tests/library/graph_executors.rs`.
 
 mod any;
-mod channel;
 mod intake;
+mod link_channel;
 mod message;
 mod publisher;
 mod queue;
 mod readers;
 mod subscription;
+mod transit;
 
 use self::queue::{Bus, Queue};
-pub(crate) use self::{any::AnyTopic, message::SourceRank, queue::Publication};
-pub use self::{
-    channel::Channel,
+pub(crate) use self::{
+    any::AnyTopic,
     intake::{Intake, TakenMessage},
+    message::SourceRank,
+    queue::Publication,
+};
+pub use self::{
     message::{Cause, Message, Payload},
     publisher::Publisher,
     subscription::Subscription,

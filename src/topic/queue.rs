@@ -3,12 +3,13 @@
 use std::{any::Any, collections::VecDeque};
 
 use super::{
-    channel::Transit,
     message::{Message, Payload, SourceRank},
     readers::{TopicReader, TriggerEnd},
+    transit::Transit,
 };
 use crate::{
     arrival::Arrival,
+    control::refusal::Refusal,
     qos::{Depth, ReadOrder},
     record::{Derived, Head, RecordSender, TickId, TopicRecord},
     shared::Shared,
@@ -133,13 +134,12 @@ impl<T: Payload> Queue<T> {
     }
 
     /// Refuses a message that is already published.
-    pub(super) fn is_still_to_come(&self, seq: u64) -> Result<(), String> {
+    pub(super) fn ensure_unpublished(&self, seq: u64) -> Result<(), Refusal> {
         let next = self.next_seq;
-        match next > seq {
-            true => Err(format!(
-                "message {seq} is under way already: expected {next} or more"
-            )),
-            false => Ok(()),
+        if next > seq {
+            Err(Refusal::UnderWay { seq, next })
+        } else {
+            Ok(())
         }
     }
 

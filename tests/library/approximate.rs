@@ -7,7 +7,7 @@ use crate::support::*;
 /// The sets of a sequence of messages, of which one is published each millisecond; `executor`
 /// calls the node, or a thread of its own.
 fn sets(matching: Match, inputs: usize, messages: &[(usize, u64)], executor: &str) -> String {
-    let (mut graph, messages) = (Graph::with(Effects), messages.to_vec());
+    let (mut graph, messages) = (Graph::new(), messages.to_vec());
     let topics = (0..inputs).map(|input| Topic::new(format!("/t{input}"), depth(1000)));
     let topics: Vec<_> = topics.collect();
     let sender = graph.node("sender", 1000.0, 0, |wiring| {
@@ -43,7 +43,7 @@ fn sets(matching: Match, inputs: usize, messages: &[(usize, u64)], executor: &st
     matcher.expect("a node");
     if !executor.is_empty() {
         let executor: Executor = executor.parse().expect(executor);
-        let nodes = graph.executor(executor, [Callback::of("matcher")]);
+        let nodes = graph.executor(executor, [Callback::new("matcher")]);
         nodes.expect("nodes");
     }
     run_virtual(&mut graph, "", secs(0.1));
@@ -84,6 +84,11 @@ fn invalid_intervals_of_approximate_time_are_refused() {
     for numbers in ["", ":0", ":5:-1", ":5:x", ":5:1:1"] {
         let text = format!("approximate{numbers}");
         let error = text.parse::<Match>().expect_err(&text);
-        assert!(error.contains("is no way to match messages: "), "{error}");
+        assert!(
+            error
+                .to_string()
+                .contains("is not a way to match messages: "),
+            "{error}"
+        );
     }
 }

@@ -63,9 +63,8 @@ fn sources(folder: &str) -> Sources {
 }
 
 /// Every crate of the program by the folder of its sources, from the ground up.
-pub const CRATES: [&str; 12] = [
+pub const CRATES: [&str; 11] = [
     "src",
-    "crates/effects/src",
     "crates/account/src",
     "crates/real-clock/src",
     "crates/replay/src",
@@ -80,9 +79,8 @@ pub const CRATES: [&str; 12] = [
 
 /// The most lines of code of the crates below all others, without comments, blanks and tests.
 /// Whoever needs more takes something out first; what went out lowers the number.
-const BUDGETS: [(&str, usize); 5] = [
-    ("src", 5_965),
-    ("crates/effects/src", 2_520),
+const BUDGETS: [(&str, usize); 4] = [
+    ("src", 8_200),
     ("crates/real-clock/src", 830),
     ("crates/replay/src", 1_570),
     ("crates/account/src", 2_335),
@@ -212,12 +210,7 @@ fn no_source_files_import_each_other_in_a_circle() {
     for folder in CRATES {
         let mut imports = imports(&sources(folder));
         let count = imports.values().flatten().count();
-        let is_small = [
-            "crates/account/src",
-            "crates/effects/src",
-            "crates/real-clock/src",
-        ]
-        .contains(&folder);
+        let is_small = ["crates/account/src", "crates/real-clock/src"].contains(&folder);
         let least = if is_small { 7 } else { 10 };
         assert!(count > least, "only {count} imports were found in {folder}");
         // A part of a module may use the definitions of the module itself.

@@ -114,7 +114,9 @@ fn exposure(order: [usize; 2]) -> Arc<dyn System> {
             Motor(PUSHES, wiring.subscription(&act))
         })?;
         let late = knob("link /b delay:60");
-        graph.set(&late).map_err(BuildError::Setting)?;
+        graph
+            .set(&late)
+            .map_err(|why| BuildError::Setting(why.to_string()))?;
         Ok(())
     })
 }
@@ -196,7 +198,9 @@ fn acting(commands: Commands, acts: Acts) -> Arc<dyn System> {
             Motor(acts, wiring.subscription(&act))
         })?;
         for link in ["link /near delay:100", "link /far delay:300"] {
-            graph.set(&knob(link)).map_err(BuildError::Setting)?;
+            graph
+                .set(&knob(link))
+                .map_err(|why| BuildError::Setting(why.to_string()))?;
         }
         Ok(())
     })
@@ -317,7 +321,7 @@ fn parts_sum_to_the_age_however_a_node_uses_its_tick() {
 
 #[test]
 fn a_tick_that_a_crash_cuts_off_has_its_number_and_its_reads() {
-    let (image, mut graph) = (Topic::new("/image", depth(1)), Graph::with(Effects));
+    let (image, mut graph) = (Topic::new("/image", depth(1)), Graph::new());
     talker(&mut graph, "camera", 10.0, 0, &image, |_| Some(()));
     let build = move |wiring: &mut Wiring<'_>| {
         let mut images = wiring.subscription(&image);

@@ -15,7 +15,7 @@ fn seconds(times: &[Time]) -> String {
 /// Three nodes at 10 Hz in the order a, b, c, the first of which gives
 /// `commands` during its first tick.
 fn trio(commander: Sender<Command>, commands: Vec<Command>) -> (TickLog, Graph) {
-    let (log, mut graph) = (TickLog::default(), Graph::with(Effects));
+    let (log, mut graph) = (TickLog::default(), Graph::new());
     let mut commands = commands.into_iter();
     log.node_that(&mut graph, "a", 10.0, 0, move |_: &mut Tick| {
         for command in commands.by_ref() {
@@ -39,7 +39,7 @@ fn timed_commands_take_effect_before_what_is_due_then() {
         a stop           | 0.3 stop            | 9    | 0 0.1 0.2             | 2 | 0.300 s: stop
         ",
     ) {
-        let (topic, mut graph) = (Topic::new("/said", Depth::ONE), Graph::with(Effects));
+        let (topic, mut graph) = (Topic::new("/said", Depth::ONE), Graph::new());
         talker(&mut graph, "a", 10.0, 0, &topic, Some);
         let (subscription, tap) = (topic.subscribe(), TapHandle::of(&graph).topic(&topic, 100));
         let until = secs(until.parse().expect(&case));
@@ -95,7 +95,7 @@ fn both_clocks_end_alike() {
             (exit, graph.now())
         };
         // An empty graph, a stop, and a pause that nobody can end.
-        let (exit, _) = run(&mut Graph::with(Effects), "", secs(0.01));
+        let (exit, _) = run(&mut Graph::new(), "", secs(0.01));
         assert_eq!(exit, ClockExit::Completed);
         for last in ["0.05 stop", "0.05 pause"] {
             let (exit, now) = run(&mut metronome().1, last, Time::MAX);
@@ -160,7 +160,7 @@ impl Node for Button {
         Ok(Flow::Continue)
     }
 
-    fn set_parameter(&mut self, _: &str, _: &str, now: Time) -> Result<String, String> {
+    fn set_parameter(&mut self, _: &str, _: &str, now: Time) -> Result<String, NodeError> {
         Tick::at(now).publish(&self.0, ());
         Ok(String::new())
     }
@@ -168,7 +168,7 @@ impl Node for Button {
 
 #[test]
 fn a_message_that_a_node_publishes_as_it_obeys_triggers_its_reader_at_once() {
-    let (pressed, mut graph) = (Topic::new("/pressed", Depth::ONE), Graph::with(Effects));
+    let (pressed, mut graph) = (Topic::new("/pressed", Depth::ONE), Graph::new());
     let button = |wiring: &mut Wiring<'_>| Button(wiring.publisher(&pressed));
     let hz = Hz::new(1.0).expect("a rate");
     graph.node("button", hz, 0, button).expect("a node");
@@ -179,7 +179,7 @@ fn a_message_that_a_node_publishes_as_it_obeys_triggers_its_reader_at_once() {
 
 #[test]
 fn a_reader_that_a_node_has_only_since_its_restart_counts_for_no_other_node() {
-    let (word, mut graph) = (Topic::new("/word", Depth::ONE), Graph::with(Effects));
+    let (word, mut graph) = (Topic::new("/word", Depth::ONE), Graph::new());
     talker(&mut graph, "talker", 10.0, 0, &word, |_| Some(()));
     let _heard = reader(&mut graph, "first", 10.0, 1, &word);
     let mut ears = 0;

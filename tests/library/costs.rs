@@ -13,8 +13,8 @@ fn loaded(text: &str, durations: &[Duration]) -> Result<Knob, String> {
 }
 
 /// What comes of `knob` where its file has these durations now.
-fn read_again(knob: &Knob, durations: &[Duration]) -> Result<Measurements, String> {
-    let Some(Draw::Measured(measured)) = draw(knob)? else {
+fn read_again(knob: &Knob, durations: &[Duration]) -> Result<Measurements, SettingError> {
+    let Some(Draw::Measured(measured)) = knob.draw() else {
         panic!("{knob} names no file");
     };
     measured.with_durations(durations.to_vec())
@@ -36,7 +36,9 @@ fn measured_costs_are_loaded_before_the_run_and_known_by_their_digest() {
         let changed = read_again(&pinned, &costs[..1]).expect_err("others");
         let (_, file) = source.split_once(':').expect("a file");
         assert!(
-            changed.contains(&format!("{file} has other durations")),
+            changed
+                .to_string()
+                .contains(&format!("{file} has other durations")),
             "{changed}"
         );
         assert!(loaded(&text, &[]).is_err());
@@ -62,10 +64,13 @@ fn a_file_of_measured_costs_is_a_column_of_milliseconds() {
         assert_eq!(read(content.as_bytes()), Ok(expected.to_vec()), "{content}");
     }
     for (content, part) in [
-        ("12\nsoon\n", r#"model.csv: line 2: "soon" is no duration"#),
+        (
+            "12\nsoon\n",
+            r#"model.csv: line 2: "soon" is not a duration"#,
+        ),
         (
             "12,5\n",
-            r#"line 1: "12,5" is no duration: expected milliseconds"#,
+            r#"line 1: "12,5" is not a duration: expected milliseconds"#,
         ),
         ("12 ms\n", r#"line 1: "12 ms""#),
         ("# tick,ms\r\n\r\n1\t12", r#"line 3: "1\t12""#),
@@ -135,7 +140,7 @@ fn a_live_knob_is_logged_with_its_old_value() {
 
 /// A node that publishes the start times of its ticks, with its topic.
 fn beacon(hz: f64) -> (Graph, Topic<Time>) {
-    let (mut graph, began) = (Graph::with(Effects), Topic::new("/began", Depth::ONE));
+    let (mut graph, began) = (Graph::new(), Topic::new("/began", Depth::ONE));
     talker(&mut graph, "beacon", hz, 0, &began, Some);
     (graph, began)
 }

@@ -36,7 +36,7 @@ fn an_unattended_pole_falls() {
 /// The fault of a graph whose second node runs `work` from 0.02 s on.
 fn check_fault(work: fn() -> TickResult, expected: &str) {
     for mut clock in clocks() {
-        let (log, mut graph) = (TickLog::default(), Graph::with(Effects));
+        let (log, mut graph) = (TickLog::default(), Graph::new());
         log.node(&mut graph, "healthy", 100.0, 0);
         log.node_that(&mut graph, "sick", 100.0, 1, move |tick: &mut Tick| {
             if tick.now() < secs(0.02) {

@@ -23,7 +23,7 @@ type Ticked = (String, f64, f64, f64);
 impl Bench {
     fn new() -> Self {
         Self {
-            graph: Graph::with(Effects),
+            graph: Graph::new(),
             names: Vec::new(),
             topics: HashMap::new(),
             steps: HashMap::new(),
@@ -52,7 +52,7 @@ impl Bench {
             bench
                 .node(name, priority, release, &from, cost, &to)
                 .expect(name);
-            let callback = Callback::of(name);
+            let callback = Callback::new(name);
             match (place, group) {
                 ("thread", _) => {}
                 (_, "-") => callbacks.push(callback),
@@ -231,7 +231,7 @@ fn ticks_know_whom_they_waited_for_and_were_set_aside_for() {
          fast,0,every:10,2,-,executor,-;last,2,every:20,1,-,executor,-;\
          apart,0,every:5,5,-,thread,- knobs=offset_fast_3",
     );
-    let apart = [Callback::of("apart")];
+    let apart = [Callback::new("apart")];
     bench
         .graph
         .executor("single".parse().expect("an executor"), apart)
@@ -275,7 +275,7 @@ fn invalid_triggers_and_executors_are_refused_with_a_remedy() {
          events | a      | \"a\" has an executor already",
     ) {
         let kind: Executor = executor.parse().expect(&executor);
-        let refused = bench.graph.executor(kind, [Callback::of(&node)]);
+        let refused = bench.graph.executor(kind, [Callback::new(&node)]);
         let said = refused.map_err(|error| error.to_string()).err();
         let said = said.unwrap_or_default();
         assert!(
@@ -289,7 +289,10 @@ fn invalid_triggers_and_executors_are_refused_with_a_remedy() {
 fn an_executor_is_read_from_its_name_or_refused() {
     for text in " multi multi:0 multi:x single:2 rm:1 edf:9999".split(' ') {
         let error = text.parse::<Executor>().expect_err(text);
-        assert!(error.contains("is not an executor: expected"), "{error}");
+        assert!(
+            error.to_string().contains("is not an executor: expected"),
+            "{error}"
+        );
     }
     for text in "single multi:3 events fixed-priority:2 edf:1 let".split(' ') {
         assert_eq!(text.parse::<Executor>().expect(text).to_string(), text);

@@ -162,7 +162,7 @@ fn overloads_and_idle_settings_are_known_before_the_run() {
 #[test]
 fn a_message_that_triggers_a_tick_is_the_next_one_there_once() {
     let words = Topic::new("/words", Depth::new(4).expect("a depth"));
-    let mut graph = Graph::with(Effects);
+    let mut graph = Graph::new();
     let publisher = words.publisher();
     worker(&mut graph, "talker", 10.0, 0, move |tick: &mut Tick| {
         (0..2).for_each(|_| tick.publish(&publisher, ()));

@@ -7,7 +7,7 @@ use crate::support::*;
 
 #[test]
 fn a_graph_that_is_handed_over_and_back_continues_where_it_was() {
-    let mut graph = Graph::with(Effects);
+    let mut graph = Graph::new();
     let rates = [("fast", 200.0), ("medium", 50.0), ("odd", 33.3)];
     let topic = Topic::new("/numbers", Depth::ONE);
     for (name, rate) in rates {
@@ -64,10 +64,10 @@ fn a_graph_continues_after_an_end_as_if_there_was_none() {
 #[test]
 fn messages_in_flight_at_a_hand_over_trigger_their_nodes() {
     for executor in [None, Some("single".parse().expect("an executor"))] {
-        let (mut graph, far) = (Graph::with(Effects), Topic::new("/far", Depth::ONE));
+        let (mut graph, far) = (Graph::new(), Topic::new("/far", Depth::ONE));
         let ticks = triggered(&mut graph, "reader", 0, &far);
         if let Some(executor) = executor {
-            let reader = [Callback::of("reader")];
+            let reader = [Callback::new("reader")];
             graph.executor(executor, reader).expect("a node");
         }
         graph.set(&knob("link /far delay:30")).expect("a topic");

@@ -89,10 +89,10 @@ impl Node for Amplifier {
         Ok(Flow::Continue)
     }
 
-    fn set_parameter(&mut self, name: &str, value: &str, _: Time) -> Result<String, String> {
+    fn set_parameter(&mut self, name: &str, value: &str, _: Time) -> Result<String, NodeError> {
         match (name, value.parse()) {
             ("gain", Ok(gain)) => Ok(std::mem::replace(&mut self.gain, gain).to_string()),
-            _ => Err(format!("{name} {value}: expected gain and a number")),
+            _ => Err(format!("{name} {value}: expected gain and a number").into()),
         }
     }
 }
@@ -100,7 +100,7 @@ impl Node for Amplifier {
 #[test]
 fn a_node_obeys_its_parameters_and_knows_how_long_its_last_tick_took() {
     let heard = Arc::new(Mutex::new(Heard::new()));
-    let mut graph = Graph::with(Effects);
+    let mut graph = Graph::new();
     let node = graph.node("amplifier", hz(10.0), 0, |wiring| Amplifier {
         gain: 1.0,
         last_tick: wiring.last_tick(),
@@ -133,10 +133,10 @@ fn an_invalid_knob_is_refused_in_one_line_with_the_accepted_values() {
         r#"
         link /obs                     | expected link TOPIC SPEC
         link /obs delay:-1            | delay:lognormal:MEDIAN,P99
-        link /obs delay:NaN           | "NaN" is no delay
+        link /obs delay:NaN           | "NaN" is not a delay
         link /obs delay:9..3          | delay:A..B
-        link /obs delay:recorded:a.rrd | is no delay
-        link /obs delay:file:a.csv    | is no delay
+        link /obs delay:recorded:a.rrd | is not a delay
+        link /obs delay:file:a.csv    | is not a delay
         link /obs loss:1.5            | expected 0 to 1
         link /obs loss:NaN            | expected 0 to 1
         link /obs loss:-0.1           | expected 0 to 1
@@ -144,8 +144,8 @@ fn an_invalid_knob_is_refused_in_one_line_with_the_accepted_values() {
         link /obs burst:0.1,0.5       | expected 1 to
         link /obs loss:0.1,loss:0.2   | loss is there twice
         link /obs loss:1,reliable:40  | expected less than 1
-        link /obs slow                | "slow" is no part of a link
-        link /obs delay:3,,loss:0.1   | "" is no part of a link
+        link /obs slow                | "slow" is not a part of a link
+        link /obs delay:3,,loss:0.1   | "" is not a part of a link
         link /obs none,loss:0.1       | "none" is no part
         read /obs first               | expected newest or oldest
         lose /obs -1                  | expected lose TOPIC N
@@ -158,12 +158,12 @@ fn an_invalid_knob_is_refused_in_one_line_with_the_accepted_values() {
         hang policy long              | expected milliseconds
         clock policy 5                | expected OFFSET_MS DRIFT_PPM
         clock policy 5 1e9            | 500000 ppm
-        clock policy NaN 0            | is no error of a clock
+        clock policy NaN 0            | is not a clock error
         clock policy 0 0 0            | OFFSET_MS DRIFT_PPM STEP_MS
-        stamp_clock policy 5          | is no error of a clock
+        stamp_clock policy 5          | is not a clock error
         takes policy -1               | expected milliseconds such as 30
-        takes policy soon             | "soon" is no duration
-        takes policy busy             | "busy" is no duration
+        takes policy soon             | "soon" is not a duration
+        takes policy busy             | "busy" is not a duration
         takes policy 9..3             | expected A..B, A first
         takes policy lognormal:30     | expected lognormal:MEDIAN,P99
         takes policy lognormal:90,30  | in this order
@@ -171,12 +171,12 @@ fn an_invalid_knob_is_refused_in_one_line_with_the_accepted_values() {
         takes policy recorded:        | expected recorded:FILE
         takes policy file:            | expected file:FILE
         takes policy drawn:a@sha256:0 | expected 64 hexadecimal digits
-        takes policy NaN              | is no duration
+        takes policy NaN              | is not a duration
         offset policy 1e300           | is not a duration
         offset policy -0.1            | 0 to 1000000000
         late policy burst             | expected skip, catch-up or queue:N
         late policy queue:-1          | expected skip, catch-up or queue:N
-        wakes policy busy 3           | is no duration
+        wakes policy busy 3           | is not a duration
         "#,
     );
     for [text, part] in cases {

@@ -15,7 +15,7 @@ type Delivered = (Vec<(Time, u64)>, Snapshot, Vec<Option<Time>>);
 
 /// Three seconds of a publisher of 50 Hz and a reader, with these knobs turned before the run.
 fn bench(read_hz: f64, knobs: &str) -> Delivered {
-    let (mut graph, topic) = (Graph::with(Effects), Topic::new("/test", depth(1)));
+    let (mut graph, topic) = (Graph::new(), Topic::new("/test", depth(1)));
     graph.set_seed(7);
     talker(&mut graph, "talker", 50.0, 0, &topic, |_| Some(()));
     let read = reader(&mut graph, "reader", read_hz, 1, &topic);
@@ -187,7 +187,7 @@ fn a_delay_is_the_wall_s_under_the_real_clock() {
 
 #[test]
 fn a_tap_holds_every_message_with_its_arrival() {
-    let (mut graph, topic) = (Graph::with(Effects), Topic::new("/test", depth(1)));
+    let (mut graph, topic) = (Graph::new(), Topic::new("/test", depth(1)));
     talker(&mut graph, "talker", 50.0, 0, &topic, |_| Some(()));
     reader(&mut graph, "reader", 1.0, 1, &topic);
     let tap = TapHandle::of(&graph).topic(&topic, 10);

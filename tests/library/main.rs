@@ -45,7 +45,6 @@ mod graph_ages;
 mod graph_executors;
 mod graph_file;
 mod hand_over;
-mod hooks;
 mod hunt;
 mod joints;
 mod knobs;

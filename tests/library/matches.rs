@@ -78,7 +78,7 @@ fn sets_of_a_sender(
     clock: &mut dyn Clock,
     knobs: &str,
 ) -> [Vec<Time>; 2] {
-    let mut graph = Graph::with(Effects);
+    let mut graph = Graph::new();
     let topics = ["/a", "/b"].map(|name| Topic::new(name, depth(100)));
     let sent = Arc::new(Mutex::new(Vec::new()));
     let times = sent.clone();
@@ -105,7 +105,7 @@ fn sets_of_a_sender(
     worker(&mut graph, "load", 80.0, 2, |_: &mut Tick| {});
     if !executor.is_empty() {
         let executor: Executor = executor.parse().expect(executor);
-        let callbacks = ["sync", "load"].map(|name| Callback::of(name).with_deadline(ms(20)));
+        let callbacks = ["sync", "load"].map(|name| Callback::new(name).with_deadline(ms(20)));
         graph.executor(executor, callbacks).expect("nodes");
     }
     let taps = TapHandle::of(&graph).ticks(4096);

@@ -13,7 +13,7 @@ use crate::support::*;
 
 /// Two nodes that add to one number, which is shared as `name`, and publish it.
 fn adders(name: &str) -> (Graph, Arc<Shared<u64>>, Topic<u64>) {
-    let mut graph = Graph::with(Effects);
+    let mut graph = Graph::new();
     let (shared, topic) = (Arc::new(Shared::new(name, 0)), graph.topic("/sum"));
     for name in ["one", "other"] {
         let shared = shared.clone();
@@ -97,7 +97,7 @@ fn a_run_is_held_between_any_two_operations_of_ticks_that_overlap() {
 fn a_lock_within_another_one_does_not_hang_a_run_that_is_held() {
     let build = || {
         let [one, other] = ["one", "other"].map(|name| Arc::new(Shared::new(name, 0)));
-        let mut graph = Graph::with(Effects);
+        let mut graph = Graph::new();
         let (first, second) = (one.clone(), other.clone());
         let both = move |_: &mut Tick| {
             let mut first = first.lock();
@@ -146,7 +146,7 @@ fn shared_state_comes_back_in_the_same_order_and_a_node_that_does_something_else
 #[test]
 fn a_node_that_waits_in_vain_is_named_by_the_watch() {
     let graph = |input: crossbeam_channel::Receiver<()>| {
-        let mut graph = Graph::with(Effects);
+        let mut graph = Graph::new();
         worker(&mut graph, "waits", 100.0, 0, move |_: &mut Tick| {
             let _ = input.recv();
         });
@@ -191,7 +191,7 @@ fn shared_threads() -> Graph {
 
 /// Such a graph, whose ticks count how many of them began.
 fn counted_threads(began: &Arc<AtomicUsize>) -> Graph {
-    let mut graph = Graph::with(Effects);
+    let mut graph = Graph::new();
     for (name, rate) in [("slow", 10.0), ("fast", 100.0)] {
         let began = began.clone();
         worker(&mut graph, name, rate, 0, move |_: &mut Tick| {
@@ -207,7 +207,7 @@ fn counted_threads(began: &Arc<AtomicUsize>) -> Graph {
 fn share_threads(graph: &mut Graph, nodes: [&str; 2]) {
     let executor = "multi:2".parse().expect("an executor");
     graph
-        .executor(executor, nodes.map(Callback::of))
+        .executor(executor, nodes.map(Callback::new))
         .expect("nodes");
 }
 
@@ -259,7 +259,7 @@ impl Node for Doubler {
         Ok(Flow::Continue)
     }
 
-    fn on_message(&mut self, _: &str) -> Result<String, String> {
+    fn on_message(&mut self, _: &str) -> Result<String, NodeError> {
         self.told = true;
         Ok(String::new())
     }

@@ -15,10 +15,10 @@ impl Node for Listener {
         Ok(Flow::Continue)
     }
 
-    fn on_message(&mut self, text: &str) -> Result<String, String> {
+    fn on_message(&mut self, text: &str) -> Result<String, NodeError> {
         match text {
             "boom" => panic!("boom it is"),
-            "no" => Err("not that".to_owned()),
+            "no" => Err("not that".into()),
             _ => Ok(std::mem::replace(&mut self.0, text.to_owned())),
         }
     }
@@ -26,7 +26,7 @@ impl Node for Listener {
 
 /// A graph with such a node, and one that takes no messages.
 pub fn listener() -> Graph {
-    let mut graph = Graph::with(Effects);
+    let mut graph = Graph::new();
     let silent = Listener("nothing".to_owned());
     graph.node("a", 100.0, 0, |_| silent).expect("graph");
     worker(&mut graph, "deaf", 100.0, 1, |_: &mut Tick| {});

@@ -175,10 +175,10 @@ fn an_invalid_list_is_refused_with_its_value_and_the_expected_form() {
         link /obs delay:{} | 1..5:-1        | ...no step upwards
         link /obs delay:{} | 1..5:x         | ..."x" is not a number
         link /obs delay:{} | 1..5:0.0000000001 | ...to 9 places
-        link /obs delay:{} | -5..5          | ...is no delay
+        link /obs delay:{} | -5..5          | ...is not a delay
         link /obs delay:{} | 1,1.0          | ...give each value once
         link /obs loss:{}  | 0.5..1.5:0.5   | ...expected 0 to 1
-        link /obs delay:{} |                | ...is no delay
+        link /obs delay:{} |                | ...is not a delay
         lag /obs {}        | 1              | ..."lag" is not a knob
         link /obs delay:{} | 0..9999999     | ...more than 2000000 values
         "#,

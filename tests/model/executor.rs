@@ -1,8 +1,10 @@
 //! An executor under the real clock: its threads take turns in any schedule, and lose nothing.
 
-use ratelab::{Clock, ClockExit, ClockKind, Flow, Graph, Inbox, Tick, Time, Topic, run};
+use ratelab::{
+    Callback, Clock, ClockExit, ClockKind, Executor, Flow, Graph, Inbox, Match, Tick, Time, Topic,
+    run,
+};
 use ratelab_account::{Observer, TapHandle, TickRecord};
-use ratelab_effects::{Callback, Effects, Executor, Executors, Match};
 use ratelab_real_clock::RealClock;
 use ratelab_replay::RunLog;
 use shuttle::{
@@ -25,7 +27,7 @@ const UNTIL: Time = Time::from_nanos(60_000_000);
 /// A source on a thread of its own; a sink of its messages, a second one that excludes the
 /// first, and a timer, on the threads of an executor.
 fn graph(executor: Executor) -> Graph {
-    let mut graph = Graph::with(Effects);
+    let mut graph = Graph::new();
     let topic = Topic::new("/messages", depth(2));
     talker(&mut graph, "source", 100.0, 0, &topic, |_| Some(0_u64));
     let most = executor.shares().expect("one with threads");
@@ -60,8 +62,8 @@ fn graph(executor: Executor) -> Graph {
         thread::yield_now();
         all.fetch_sub(1, Ordering::SeqCst);
     });
-    let callbacks = ["sink", "second"].map(|name| Callback::of(name).in_group("group"));
-    let timer = Callback::of("timer");
+    let callbacks = ["sink", "second"].map(|name| Callback::new(name).in_group("group"));
+    let timer = Callback::new("timer");
     let added = graph.executor(executor, callbacks.into_iter().chain([timer]));
     added.expect("nodes");
     graph
@@ -112,7 +114,7 @@ fn a_message_wakes_a_thread_that_waits_for_nothing_else() {
         let executor: Executor = executor.parse().expect("a text");
         // Fair schedules: the source goes on until the sink has both.
         let check = move || {
-            let mut graph = Graph::with(Effects);
+            let mut graph = Graph::new();
             let topic = Topic::new("/messages", depth(1));
             let taken = Arc::new(AtomicUsize::new(0));
             let sink = taken.clone();
@@ -139,7 +141,7 @@ fn a_message_wakes_a_thread_that_waits_for_nothing_else() {
                 }
             });
             sink.expect("node");
-            let added = graph.executor(executor, [Callback::of("sink")]);
+            let added = graph.executor(executor, [Callback::new("sink")]);
             added.expect("a node");
             let exit = run_timed(&mut RealClock::default(), &mut graph, "", Time::MAX);
             assert!(matches!(exit, ClockExit::Ended { .. }));

@@ -2,9 +2,8 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use ratelab::{Clock, Graph, Shared, Tick, Time, Topic};
+use ratelab::{Clock, Graph, Match, Shared, Tick, Time, Topic};
 use ratelab_account::{Observer, TapHandle};
-use ratelab_effects::Match;
 use ratelab_real_clock::RealClock;
 use ratelab_replay::RunLog;
 use shuttle::{sync::Arc, thread};

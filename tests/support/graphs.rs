@@ -5,11 +5,10 @@ use std::sync::{Arc, Mutex};
 
 use crossbeam_channel::Receiver;
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, Depth, Event, EventKind, Flow, Graph, Hz, Inbox, Message,
-    Node, Payload, Speed, Tick, Time, TimedCommand, Topic, VirtualClock,
+    Clock, ClockExit, ClockKind, Command, Depth, Event, EventKind, Flow, Graph, Hz, Inbox, Match,
+    Message, Node, Payload, Speed, Tick, Time, TimedCommand, Topic, VirtualClock,
 };
 use ratelab_account::{Lineage, Observer, Snapshot, Tap, TapMessage, TickRecord};
-use ratelab_effects::Match;
 use ratelab_real_clock::RealClock;
 use ratelab_replay::{Rerun, RunLog};
 

@@ -12,7 +12,6 @@ pub use std::{sync::Arc, time::Duration};
 pub use ratelab::*;
 pub use ratelab_account::*;
 pub use ratelab_cart_pole::{policy::*, *};
-pub use ratelab_effects::*;
 pub use ratelab_real_clock::*;
 pub use ratelab_replay::*;
 pub use ratelab_study::{experiment::*, system::*};
@@ -113,8 +112,7 @@ pub fn own(seed: u64, run: &str) -> Config {
 
 /// The knob `text`, or why it is none.
 pub fn checked_knob(text: &str) -> Result<Knob, String> {
-    let knob = text.parse::<Knob>().map_err(|error| error.to_string());
-    knob.and_then(checked)
+    text.parse::<Knob>().map_err(|error| error.to_string())
 }
 
 /// A knob with a valid value.

@@ -6,7 +6,7 @@
 //! what a recording or the network holds, and [`Lineage`] finds the readings behind every action,
 //! and the parts of its age, from either.
 //!
-//! Stands on `ratelab` and `ratelab-effects`; a run knows nothing of it, and one that nobody looks at
+//! Stands on `ratelab`; a run knows nothing of it, and one that nobody looks at
 //! pays nothing for it. Begin with [`Observer::of`], then `accounts.rs`.
 
 #![warn(clippy::print_stderr, clippy::print_stdout)]

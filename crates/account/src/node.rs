@@ -2,8 +2,9 @@
 
 use std::{mem, time::Duration};
 
-use ratelab::{Hz, MessageId, NodeRecord, NodeTopology, Push, TickTimes, Time, sync::Arc};
-use ratelab_effects::Executor;
+use ratelab::{
+    Executor, Hz, MessageId, NodeRecord, NodeTopology, Push, TickTimes, Time, sync::Arc,
+};
 use smallvec::SmallVec;
 
 use super::{distribution::Distribution, saw::PushAge};

@@ -1,8 +1,7 @@
 //! A random force on the cart.
 
+use ratelab::Chance;
 use std::{fmt, str::FromStr};
-
-use ratelab_effects::Chance;
 
 /// A random force on the cart, another one in each control step.
 #[derive(Clone, Copy, Debug)]

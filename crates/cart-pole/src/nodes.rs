@@ -1,8 +1,8 @@
 //! Sense, think, act: the three nodes.
 
 use ratelab::{
-    Flow, Message, MeterRecorder, Node, NodeCrash, Publisher, Subscription, Tick, TickResult, Time,
-    Topic, Wiring,
+    Flow, Message, MeterRecorder, Node, NodeCrash, NodeError, Publisher, Subscription, Tick,
+    TickResult, Time, Topic, Wiring,
 };
 use ratelab_study::system::SharedWorld;
 use thiserror::Error;
@@ -53,10 +53,10 @@ impl<P: CartPlant> Node for Sensor<P> {
         Ok(Flow::Continue)
     }
 
-    fn set_parameter(&mut self, name: &str, value: &str, _: Time) -> Result<String, String> {
+    fn set_parameter(&mut self, name: &str, value: &str, _: Time) -> Result<String, NodeError> {
         match name {
-            SIMILAR => self.similar.set(value),
-            _ => Err(format!("the sensor has no parameter {name:?}")),
+            SIMILAR => Ok(self.similar.set(value)?),
+            _ => Err(format!("the sensor has no parameter {name:?}").into()),
         }
     }
 }
@@ -113,18 +113,19 @@ impl Node for PolicyNode {
     }
 
     /// Replaces the policy by the named one, if it supports that.
-    fn on_message(&mut self, text: &str) -> Result<String, String> {
-        self.policy.swap(text)
+    fn on_message(&mut self, text: &str) -> Result<String, NodeError> {
+        Ok(self.policy.swap(text)?)
     }
 
-    fn set_parameter(&mut self, name: &str, _: &str, _: Time) -> Result<String, String> {
+    fn set_parameter(&mut self, name: &str, _: &str, _: Time) -> Result<String, NodeError> {
         Err(format!(
             "{name} is for a policy that answers with chunks: begin the run with --chunk H"
-        ))
+        )
+        .into())
     }
 
-    fn restart(&mut self) -> Result<(), String> {
-        self.policy.restart()
+    fn restart(&mut self) -> Result<(), NodeError> {
+        Ok(self.policy.restart()?)
     }
 }
 
@@ -203,14 +204,14 @@ impl<P: CartPlant> Node for Actuator<P> {
     }
 
     /// Sets the handling of stale actions.
-    fn on_message(&mut self, text: &str) -> Result<String, String> {
+    fn on_message(&mut self, text: &str) -> Result<String, NodeError> {
         let before = std::mem::replace(&mut self.on_stale, text.parse()?);
         Ok(before.to_string())
     }
 
-    fn set_parameter(&mut self, name: &str, value: &str, now: Time) -> Result<String, String> {
+    fn set_parameter(&mut self, name: &str, value: &str, now: Time) -> Result<String, NodeError> {
         if name != DISTURB {
-            return Err(format!("the actuator has no parameter {name:?}"));
+            return Err(format!("the actuator has no parameter {name:?}").into());
         }
         let newtons = value.parse()?;
         let before = self.plant.at(now).disturb(now, newtons);

@@ -2,8 +2,7 @@
 
 use std::{fmt, str::FromStr, time::Duration};
 
-use ratelab::millis::to_millis;
-use ratelab_effects::Draw;
+use ratelab::{Draw, millis::to_millis};
 
 /// The actuator's handling of an action with old sensing. As text `hold`, or `zero:50`
 /// (ms).

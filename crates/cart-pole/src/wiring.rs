@@ -1,7 +1,6 @@
 //! The graph: sensor, policy and actuator, and the player of a policy that answers with chunks.
 
-use ratelab::{Depth, KnobKind, Topic};
-use ratelab_effects::Match;
+use ratelab::{Depth, KnobKind, Match, Topic};
 use ratelab_study::system::{BuildError, Builder, SharedWorld};
 
 use super::{

@@ -1,6 +1,6 @@
 //! Recordings: runs in files, rerun's `.rrd` files for now.
 //!
-//! Stands on `ratelab`, `ratelab-account`, `ratelab-effects`, `ratelab-real-clock`, `ratelab-replay`
+//! Stands on `ratelab`, `ratelab-account`, `ratelab-real-clock`, `ratelab-replay`
 //! and `ratelab-study`; knows no robot, terminal or command. Begin with `recorder/`.
 //!
 //! ```text

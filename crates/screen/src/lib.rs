@@ -4,7 +4,7 @@
 //! pictures of the same screen as SVG files. A run may be a branch, a rescue by hand, or a place on
 //! the cliff map; exercises and the tour lie over it.
 //!
-//! Stands on `ratelab`, `ratelab-account`, `ratelab-effects`, `ratelab-real-clock`, `ratelab-replay`,
+//! Stands on `ratelab`, `ratelab-account`, `ratelab-real-clock`, `ratelab-replay`,
 //! `ratelab-study`, `ratelab-recording` and `exercises`; knows no robot and no command line. Begin with
 //! [`show`] below, then `app/` for keys, `sampler/` for what a frame gathers, `view/` for panes.
 //!

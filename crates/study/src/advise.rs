@@ -3,8 +3,10 @@
 
 use std::{cmp::Reverse, num::NonZeroUsize, ops::ControlFlow, sync::Arc, time::Duration};
 
-use ratelab::{Depth, Hz, Interrupt, Knob, KnobKind, NodeTopology, ReadOrder, Topology, millis};
-use ratelab_effects::{Cost, Draw, Link, Overrun};
+use ratelab::{
+    Cost, Depth, Draw, Hz, Interrupt, Knob, KnobKind, Link, NodeTopology, Overrun, ReadOrder,
+    Topology, millis,
+};
 
 use crate::{
     experiment::{Config, Experiment, RunAge, Summary, parallel::in_parallel},
@@ -162,7 +164,7 @@ impl Candidates<'_> {
         let mine = self.setup.iter().filter(|knob| knob.target() == topic.name);
         for knob in mine {
             match knob {
-                Knob::Link { spec, .. } => changes.extend(shorter_links(spec)),
+                Knob::Link { link, .. } => changes.extend(shorter_links(link)),
                 Knob::Read { order, .. } if *order == ReadOrder::Oldest => {
                     changes.push(("read", "newest".to_owned()));
                 }
@@ -186,8 +188,8 @@ impl Candidates<'_> {
                 changes.extend(offsets(node.hz, offset.unwrap_or_default()));
             }
         }
-        if let Some(Knob::Takes { spec, .. }) = self.setup.knob(KnobKind::Takes, &node.name) {
-            changes.extend(shorter_costs(spec));
+        if let Some(Knob::Takes { cost, .. }) = self.setup.knob(KnobKind::Takes, &node.name) {
+            changes.extend(shorter_costs(cost));
             changes.extend(self.other_policies(node));
         }
         for kind in [KnobKind::Clock, KnobKind::StampClock] {
@@ -264,25 +266,22 @@ fn shorter(draw: &Draw, by: u32) -> Option<Draw> {
     })
 }
 
-fn shorter_costs(spec: &str) -> impl Iterator<Item = (&'static str, String)> {
-    let cost = spec.parse::<Cost>().ok();
-    PARTS.into_iter().filter_map(move |by| {
-        let cost = cost.clone()?;
+fn shorter_costs(cost: &Cost) -> impl Iterator<Item = (&'static str, String)> {
+    PARTS.into_iter().filter_map(|by| {
         let draw = shorter(&cost.draw, by).filter(|draw| !draw.is_none())?;
-        Some(("takes", Cost { draw, ..cost }.to_string()))
+        let busy = cost.busy;
+        Some(("takes", Cost { draw, busy }.to_string()))
     })
 }
 
-fn shorter_links(spec: &str) -> impl Iterator<Item = (&'static str, String)> {
-    let link = spec.parse::<Link>().ok();
-    PARTS.into_iter().filter_map(move |by| {
-        let link = link.clone()?;
+fn shorter_links(link: &Link) -> impl Iterator<Item = (&'static str, String)> {
+    PARTS.into_iter().filter_map(|by| {
         let shorter = Link {
             delay: shorter(&link.delay, by)?,
             loss: link.loss / f64::from(by),
             ..link.clone()
         };
-        (shorter != link).then(|| ("link", shorter.to_string()))
+        (shorter != *link).then(|| ("link", shorter.to_string()))
     })
 }
 

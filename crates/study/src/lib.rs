@@ -5,7 +5,7 @@
 //! a hunt the search for one that fails; [`advise`] knows what could make its data younger. A
 //! [`graph_file`] is a system without a line of code.
 //!
-//! Stands on `ratelab`, `ratelab-account`, `ratelab-effects`, `ratelab-real-clock` and
+//! Stands on `ratelab`, `ratelab-account`, `ratelab-real-clock` and
 //! `ratelab-replay`; knows no robot, terminal or recording. Begin with [`system::System`]; a graph
 //! that a program of the library builds is one as it is, by [`system::LibraryGraph`].
 

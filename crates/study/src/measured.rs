@@ -2,8 +2,7 @@
 
 use std::{path::Path, time::Duration};
 
-use ratelab::{Knob, millis};
-use ratelab_effects::{Cost, Draw, Measurements, draw};
+use ratelab::{Draw, Knob, Measurements, millis};
 
 use crate::file;
 
@@ -19,17 +18,13 @@ pub fn loaded(
     knob: Knob,
     read: impl FnOnce(&Knob, &Measurements) -> Result<Vec<Duration>, String>,
 ) -> Result<Knob, String> {
-    // The graph refuses a value that is none.
-    let draw = draw(&knob).unwrap_or_default();
-    let Some(measured) = draw.as_ref().and_then(Draw::missing) else {
+    let Some(missing) = knob.draw().and_then(Draw::missing) else {
         return Ok(knob);
     };
-    let measured = measured.with_durations(read(&knob, measured)?)?;
-    let busy = knob.value().parse().is_ok_and(|cost: Cost| cost.busy);
-    let draw = Draw::Measured(measured);
-    let spec = Cost { draw, busy }.to_string();
-    let knob = knob.kind().set(knob.target(), &spec);
-    knob.map_err(|error| error.to_string())
+    let durations = read(&knob, missing)?;
+    let measured = missing.with_durations(durations);
+    let measured = measured.map_err(|error| error.to_string())?;
+    Ok(knob.with_draw(Draw::Measured(measured)))
 }
 
 /// Reads the durations in the file at `path`, one a line in milliseconds. The first line may name
@@ -55,7 +50,7 @@ fn parse(text: &str) -> Result<Vec<Duration>, String> {
     let durations = values.map(|(number, value)| {
         millis::parse(value).map_err(|_| {
             format!(
-                "line {number}: {value:?} is no duration: expected milliseconds, one number a line \
+                "line {number}: {value:?} is not a duration: expected milliseconds, one number a line \
                  such as 12.5"
             )
         })

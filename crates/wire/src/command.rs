@@ -150,8 +150,7 @@ impl Commands {
             ));
         }
         let config = &self.part.own.config;
-        let checked = ratelab_effects::checked(knob.clone())?;
-        let resolved = self.system.resolved(config.seed, &config.setup, checked);
+        let resolved = (self.system).resolved(config.seed, &config.setup, knob.clone());
         resolved.map(drop)
     }
 

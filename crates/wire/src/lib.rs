@@ -6,7 +6,7 @@
 //! graph ◄── command ◄── network ◄── follower                              commands
 //! ```
 //!
-//! Stands on `ratelab`, `ratelab-account`, `ratelab-effects` and `ratelab-study`; the transport is
+//! Stands on `ratelab`, `ratelab-account` and `ratelab-study`; the transport is
 //! zenoh's. All about times, losses and refusals is here, and most of it works without a network.
 //! Begin with [`Bridge`], the end of a process, and [`Follower`], that of a dashboard; then [`key`] for the names on the wire and [`packet`] for the bytes of a message.
 

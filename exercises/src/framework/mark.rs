@@ -3,9 +3,8 @@
 //! It is no seal: whoever reads this file can make one. It tells a file that was changed in
 //! an editor, and two files of which one is a copy.
 
+use ratelab::Digest;
 use std::hash::{BuildHasher, Hasher, RandomState};
-
-use ratelab_effects::Digest;
 
 /// How a prediction came into its file.
 #[derive(Clone, Debug, PartialEq, Eq)]

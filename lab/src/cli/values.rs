@@ -4,7 +4,6 @@ use std::{ops::RangeInclusive, str::FromStr, time::Duration};
 
 use ratatui::layout::Size;
 use ratelab::{Knob, KnobKind, Speed, Time};
-use ratelab_effects::knob;
 
 /// Longest run accepted: a year.
 const LONGEST_S: f64 = 365.0 * 24.0 * 3600.0;
@@ -67,7 +66,7 @@ pub fn offset(text: &str) -> Result<Knob, String> {
 
 fn node_knob(kind: KnobKind, text: &str) -> Result<Knob, String> {
     let (node, value) = of_node(text, kind.value_name())?;
-    knob(kind, node, value).map_err(|error| error.to_string())
+    kind.set(node, value).map_err(|error| error.to_string())
 }
 
 /// A node and what is set of it, whose form is called `value_name`.

@@ -9,7 +9,6 @@ use std::{
 };
 
 use ratelab::{ClockKind, Command, Event, Knob, KnobKind, TickTiming, Time, TimedKnob};
-use ratelab_effects::knob;
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     measured::loaded,
@@ -144,7 +143,7 @@ fn measured(recording: &Recording, kind: KnobKind, node: &str) -> Result<Option<
         return Ok(None);
     }
     let spec = format!("recorded:{}", recording.path.display());
-    let knob = knob(kind, node, &spec).map_err(|error| error.to_string())?;
+    let knob = kind.set(node, &spec).map_err(|error| error.to_string())?;
     loaded(knob, |_, _| Ok(durations)).map(Some)
 }
 

@@ -15,8 +15,7 @@ pub use parts::{AgePart, AgeParts, AgeStage, nanos};
 pub use push::{Chain, PushInForce};
 pub use waits::{TickWait, WaitsFor};
 
-use ratelab::{Depth, Event, Head, Knob, MessageId, Time, TimedKnob, Topology};
-use ratelab_effects::Executor;
+use ratelab::{Depth, Event, Executor, Head, Knob, MessageId, Time, TimedKnob, Topology};
 use smallvec::SmallVec;
 
 use self::causes::Beginnings;

@@ -1,6 +1,6 @@
 //! The node that plays chunks.
 
-use ratelab::{Flow, Node, Publisher, Subscription, Tick, TickResult, Time};
+use ratelab::{Flow, Node, NodeError, Publisher, Subscription, Tick, TickResult, Time};
 
 use super::{
     ACTION_PERIOD,
@@ -153,16 +153,16 @@ impl Node for Player {
         Ok(Flow::Continue)
     }
 
-    fn set_parameter(&mut self, name: &str, value: &str, _: Time) -> Result<String, String> {
+    fn set_parameter(&mut self, name: &str, value: &str, _: Time) -> Result<String, NodeError> {
         match name {
-            "play" => replace(&mut self.queue.play, value),
-            "merge" => self.queue.set_merge(value),
-            _ => Err(format!("the player has no parameter {name:?}")),
+            "play" => Ok(replace(&mut self.queue.play, value)?),
+            "merge" => Ok(self.queue.set_merge(value)?),
+            _ => Err(format!("the player has no parameter {name:?}").into()),
         }
     }
 
     /// It has forgotten its chunks, what it played, and its settings.
-    fn restart(&mut self) -> Result<(), String> {
+    fn restart(&mut self) -> Result<(), NodeError> {
         self.queue = PlayQueue::new(self.settings.play, self.settings.merge);
         self.has_begun = false;
         self.asked = None;

@@ -1,6 +1,8 @@
 //! The node of a policy that answers with chunks.
 
-use ratelab::{Flow, LastTick, Node, NodeCrash, Publisher, Subscription, Tick, TickResult, Time};
+use ratelab::{
+    Flow, LastTick, Node, NodeCrash, NodeError, Publisher, Subscription, Tick, TickResult, Time,
+};
 
 use super::{
     message::{Chunk, Request},
@@ -50,21 +52,21 @@ impl Node for ChunkPolicy {
     }
 
     /// Replaces the policy by the named one, if it supports that.
-    fn on_message(&mut self, text: &str) -> Result<String, String> {
-        self.policy.swap(text)
+    fn on_message(&mut self, text: &str) -> Result<String, NodeError> {
+        Ok(self.policy.swap(text)?)
     }
 
-    fn set_parameter(&mut self, name: &str, value: &str, _: Time) -> Result<String, String> {
+    fn set_parameter(&mut self, name: &str, value: &str, _: Time) -> Result<String, NodeError> {
         match name {
-            "plan" => replace(&mut self.planner.settings.plan, value),
-            "expect-delay" => replace(&mut self.planner.settings.expected, value),
-            _ => Err(format!("{name} is a setting of the whole run")),
+            "plan" => Ok(replace(&mut self.planner.settings.plan, value)?),
+            "expect-delay" => Ok(replace(&mut self.planner.settings.expected, value)?),
+            _ => Err(format!("{name} is a setting of the whole run").into()),
         }
     }
 
-    fn restart(&mut self) -> Result<(), String> {
+    fn restart(&mut self) -> Result<(), NodeError> {
         self.planner.restart();
         self.last_tick.take();
-        self.policy.restart()
+        Ok(self.policy.restart()?)
     }
 }

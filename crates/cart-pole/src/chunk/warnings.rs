@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{Hz, KnobKind};
-use ratelab_effects::{Link, draw};
+use ratelab::{Hz, Knob, KnobKind};
 use ratelab_study::system::Setup;
 
 use super::{
@@ -32,14 +31,16 @@ struct ChunkTimes {
 impl ChunkTimes {
     fn of(setup: &Setup, settings: &ChunkSettings) -> Self {
         let takes = setup.knob(KnobKind::Takes, POLICY);
-        let draw = takes.and_then(|knob| draw(knob).ok().flatten());
-        let draw = draw.filter(|draw| draw.missing().is_none());
-        let cost = |u| draw.as_ref().map_or(Duration::ZERO, |draw| draw.at(u));
-        let link = |topic| {
-            let link = setup.knob(KnobKind::Link, topic)?;
-            link.value().parse::<Link>().ok()
+        let draw = takes.and_then(Knob::draw);
+        let cost = |u| draw.and_then(|draw| draw.at(u)).unwrap_or_default();
+        let link = |topic| match setup.knob(KnobKind::Link, topic) {
+            Some(Knob::Link { link, .. }) => Some(link),
+            _ => None,
         };
-        let delay = |topic| link(topic).map_or(Duration::ZERO, |link| link.delay.median());
+        let delay = |topic| {
+            let median = link(topic).and_then(|link| link.delay.median());
+            median.unwrap_or_default()
+        };
         let rate = setup
             .rate(POLICY)
             .map_or(1.0 / CONTROL_HZ, |hz: Hz| 1.0 / hz.get());

@@ -1,11 +1,11 @@
 //! The file of a policy.
 
+use ratelab::Digest;
 use std::{fmt, io::ErrorKind, path::Path};
 
 use super::{
     LARGEST_FILE, built_in::EXPECTED, format::FileFormat, onnx::WholeGraph, way_out::way_out,
 };
-use ratelab_effects::Digest;
 use ratelab_study::file::{self, FileError};
 use serde::{Deserialize, Serialize};
 

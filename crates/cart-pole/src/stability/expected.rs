@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{Knob, ReadOrder};
-use ratelab_effects::{Draw, Link, draw};
+use ratelab::{Draw, Knob, Link, ReadOrder};
 use ratelab_study::system::{Setup, WorldKind};
 
 use super::{
@@ -111,13 +110,13 @@ impl Reading {
             Knob::Offset { node, offset } => self.cadence(node)?.offset = *offset,
             Knob::Send { node, text } if node == POLICY => self.policy = text.parse().ok()?,
             Knob::Send { node, text } if node == ACTUATOR => self.stale = text.parse().ok()?,
-            Knob::Takes { node, .. } if node == POLICY => {
-                (self.timing.policy_takes, self.spread[1]) = bounds(&draw(knob).ok()??)?;
+            Knob::Takes { node, cost } if node == POLICY => {
+                (self.timing.policy_takes, self.spread[1]) = bounds(&cost.draw)?;
             }
             Knob::Takes { .. } | Knob::Wakes { .. } => {
-                draw(knob).ok()?.filter(Draw::is_none)?;
+                knob.draw().filter(|draw| draw.is_none())?;
             }
-            Knob::Link { topic, spec } => self.link(topic, &spec.parse().ok()?)?,
+            Knob::Link { topic, link } => self.link(topic, link)?,
             Knob::Read { order, .. } if *order != ReadOrder::Newest => return None,
             Knob::Parameter { name, value, .. } if name == DISTURB => {
                 self.disturbance = value.parse().ok()?;

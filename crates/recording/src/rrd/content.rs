@@ -2,8 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use ratelab::{Event, Time, Topology};
-use ratelab_effects::{Executor, Match};
+use ratelab::{Event, Executor, Match, Time, Topology};
 use ratelab_study::system::Setup;
 use rerun::{EntityPath, log::Chunk};
 use serde::de::DeserializeOwned;

@@ -6,9 +6,8 @@
 
 use std::collections::BTreeMap;
 
-use ratelab::{Event, Time, Topology};
+use ratelab::{Digest, Event, Time, Topology};
 use ratelab_account::Observer;
-use ratelab_effects::Digest;
 use ratelab_replay::{Log, LogPosition, RunLog};
 use rerun::log::{Chunk, RowId};
 

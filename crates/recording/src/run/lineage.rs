@@ -2,7 +2,6 @@
 
 use ratelab::{Event, Knob, Time, TimedKnob};
 use ratelab_account::{Lineage, TickRecord};
-use ratelab_effects::takes_time;
 use ratelab_study::{
     experiment::{RunAge, RunAges, Summary},
     system::{PlanBar, PlanBars, Planning, System},
@@ -78,7 +77,7 @@ impl Recording {
             for tick in ticks {
                 while let Some(timed) = mine.next_if(|timed| timed.at <= tick.at) {
                     match &timed.knob {
-                        Knob::Takes { .. } => takes = takes_time(&timed.knob),
+                        Knob::Takes { .. } => takes = timed.knob.takes_time(),
                         Knob::Hang { .. } => hangs = true,
                         Knob::Crash { .. } | Knob::Restart { .. } => hangs = false,
                         _ => {}

@@ -1,7 +1,6 @@
 //! Knobs: by presets, by exact values, and by timed knobs.
 
-use ratelab::{Command, Event, EventKind, Hz, Knob, KnobKind};
-use ratelab_effects::{Link, knob};
+use ratelab::{Command, Event, EventKind, Hz, Knob, KnobKind, Link};
 use ratelab_recording::with_durations;
 use ratelab_study::{
     experiment::{Config, Experiment},
@@ -62,7 +61,8 @@ pub(super) const LOSS: Dial = Dial {
 };
 
 fn number(kind: KnobKind, target: &str, value: f64) -> Result<Knob, String> {
-    knob(kind, target, &value.to_string()).map_err(|error| error.to_string())
+    kind.set(target, &value.to_string())
+        .map_err(|error| error.to_string())
 }
 
 impl App {
@@ -120,16 +120,17 @@ impl App {
     /// The link of `topic`.
     fn link(&self, topic: &str) -> Link {
         match self.knobs.wanted().knob(KnobKind::Link, topic) {
-            Some(Knob::Link { spec, .. }) => spec.parse().unwrap_or(Link::NONE),
+            Some(Knob::Link { link, .. }) => link.clone(),
             _ => Link::NONE,
         }
     }
 
     /// The knob of that link with another `part`.
     fn linked(&self, topic: &str, part: &str) -> Result<Knob, String> {
-        let spec = self.link(topic).with(part)?.to_string();
+        let link = self.link(topic).with(part);
+        let link = link.map_err(|error| error.to_string())?;
         let topic = topic.to_owned();
-        Ok(Knob::Link { topic, spec })
+        Ok(Knob::Link { topic, link })
     }
 
     /// Turns the knob that breaks the system, or turns it back.

@@ -4,7 +4,6 @@ use std::time::Duration;
 
 use ratelab::{Hz, Knob, KnobKind};
 use ratelab_account::AgeStage;
-use ratelab_effects::takes_time;
 use ratelab_study::system::{Spoiler, System, acting};
 
 use super::{Facts, Tried};
@@ -249,7 +248,7 @@ impl Facts<'_> {
             // Without a knob ticks take the time that they need.
             AgeOwner::Stage(AgeStage::Cost(_)) => remedy.filter(|cure| {
                 let mut knobs = self.setup.iter();
-                let is_set = knobs.any(|knob| knob.target() == name && takes_time(knob));
+                let is_set = knobs.any(|knob| knob.target() == name && knob.takes_time());
                 is_set || self.was_turned(cure)
             }),
             _ => remedy,

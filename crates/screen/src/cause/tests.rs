@@ -5,7 +5,6 @@ use std::{sync::Arc, time::Duration};
 use ratelab::{Head, Knob, MessageId, TickId, TickTiming, Time, TimedKnob};
 use ratelab_account::{Snapshot, TickCauses, TickRecord, TopicRead};
 use ratelab_cart_pole::CartPole;
-use ratelab_effects::checked;
 use ratelab_study::{
     experiment::{Config, Experiment, Summary, mean_parts},
     system::{AgeLimits, Setup, System},
@@ -60,7 +59,7 @@ fn way(run: &str) -> Config {
 }
 
 fn knob(text: &str) -> Knob {
-    checked(text.parse().expect(text)).expect(text)
+    text.parse().expect(text)
 }
 
 /// The summary of a run, and the lines about its loss with the owners that they name.

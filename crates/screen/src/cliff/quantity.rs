@@ -1,8 +1,7 @@
 //! The quantities of a cliff map.
 
-use ratelab::{Hz, Knob, KnobKind};
+use ratelab::{Draw, Hz, Knob, KnobKind, millis};
 use ratelab_account::Snapshot;
-use ratelab_effects::Link;
 use ratelab_study::{
     experiment::sweep::{AxisError, SweepAxis},
     system::{KnobText, Setup, System, names, paced_node},
@@ -84,12 +83,14 @@ impl KnobQuantity {
 
     /// The value in force.
     pub fn value(&self, graph: &Snapshot, setup: &Setup) -> f64 {
-        let link = |spec: &str| spec.parse().unwrap_or(Link::NONE);
         match (setup.knob(self.kind, &self.target), self.number) {
             (_, 0) => rate_in_force(graph, setup, &self.target),
-            (Some(Knob::Link { spec, .. }), 2) => link(spec).loss,
-            (Some(Knob::Link { spec, .. }), _) => link(spec).delay_ms().unwrap_or_default(),
-            (Some(Knob::Takes { spec, .. }), _) => spec.parse().unwrap_or_default(),
+            (Some(Knob::Link { link, .. }), 2) => link.loss,
+            (Some(Knob::Link { link, .. }), _) => link.delay_ms().unwrap_or_default(),
+            (Some(Knob::Takes { cost, .. }), _) => match cost.draw {
+                Draw::Constant(cost) => millis::to_millis(cost),
+                _ => 0.0,
+            },
             _ => 0.0,
         }
     }

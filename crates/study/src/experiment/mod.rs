@@ -36,8 +36,8 @@ use std::{
 
 use crossbeam_channel::Sender;
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, Fault, Graph, Head, Inbox, Interrupt, Knob, TimedCommand,
-    TimedKnob, run, sync::lock,
+    Clock, ClockExit, ClockKind, Command, Fault, Graph, Head, Inbox, Interrupt, Knob, Refusal,
+    TimedCommand, TimedKnob, run, sync::lock,
 };
 use ratelab_account::{Observer, Rows, TapHandle};
 use ratelab_real_clock::RealClock;
@@ -224,7 +224,7 @@ impl Experiment {
     ///
     /// # Errors
     /// The reason, with the available alternatives.
-    pub fn check(&self, knob: &Knob) -> Result<(), String> {
+    pub fn check(&self, knob: &Knob) -> Result<(), Refusal> {
         self.graph.check(knob)
     }
 

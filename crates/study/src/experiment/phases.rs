@@ -6,9 +6,8 @@
 
 use std::{cell::LazyCell, sync::Arc, thread, time::Duration};
 
-use ratelab::{Knob, KnobKind, NodeTopology, TickTiming, Time, Topology, millis};
+use ratelab::{Chance, Draw, Knob, KnobKind, NodeTopology, TickTiming, Time, Topology, millis};
 use ratelab_account::Lineage;
-use ratelab_effects::Chance;
 
 use super::{
     Config, Experiment, Summary,
@@ -145,9 +144,10 @@ impl Experiment {
         let set = self.config.setup.iter();
         let mut set = set.filter(|knob| knob.target() == node);
         let is_late = set.any(|knob| knob.kind().sets(TickTiming::Start));
-        let spec = (micros as f64 / 1e3).to_string();
-        let node = node.to_owned();
-        let late = Knob::Wakes { node, spec };
+        let late = Knob::Wakes {
+            node: node.to_owned(),
+            lateness: Draw::Constant(Duration::from_micros(micros as u64)),
+        };
         (micros > 0 && !is_late && self.check(&late).is_ok()).then_some(late)
     }
 

@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{Hz, Knob, KnobKind, Release};
-use ratelab_effects::{Callback, Match, knob};
+use ratelab::{Callback, Hz, Knob, KnobKind, Match, Release, SettingError};
 
 use super::{
     ChainSpec, GraphFile, HeaderStamp, InnerSpec, MOST_PARTS, NodeSpec, PlacedKnob,
@@ -88,7 +87,7 @@ fn settings(block: &Block) -> Checked<Vec<PlacedKnob>> {
             continue;
         }
         let refused = |why: String| GraphRefusal::new(*at, why);
-        let knob = knob(kind, &block.name.text, text.trim());
+        let knob = kind.set(&block.name.text, text.trim());
         let knob = knob.map_err(|error| refused(format!("{key}: {error}")))?;
         knobs.push(PlacedKnob { knob, at: *at });
     }
@@ -179,7 +178,7 @@ fn simulated_clocks(block: &Block, file: &GraphFile) -> Checked<Vec<PlacedKnob>>
     let nodes = file.nodes.iter().filter(|node| !has_own(node));
     let at = block.at("rate").unwrap_or_default();
     let clock = |node: &NodeSpec| {
-        let clock = knob(KnobKind::Clock, &node.name, &error);
+        let clock = KnobKind::Clock.set(&node.name, &error);
         let clock = clock.map(|knob| PlacedKnob { knob, at });
         clock.or_else(|_| refuse(at, "rate: expected 0.001 to 1000000".to_owned()))
     };
@@ -201,12 +200,12 @@ fn matching(block: &Block, triggers: &[Placed]) -> Checked<Match> {
     let Some(matching) = block.text("match") else {
         return Ok(Match::Each);
     };
-    let parsed: Result<_, String> = matching.text.parse();
+    let parsed: Result<_, SettingError> = matching.text.parse();
     parsed.or_else(|error| refuse(matching.at, format!("match: {error}")))
 }
 
 fn callback(block: &Block) -> Checked<Callback> {
-    let mut callback = Callback::of(&*block.name.text);
+    let mut callback = Callback::new(&*block.name.text);
     if let Some(group) = block.text("group") {
         name(group)?;
         callback = match &*group.text {

@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{Hz, Knob, Time, millis};
-use ratelab_effects::ClockError;
+use ratelab::{ClockError, Hz, Knob, Time, millis};
 
 use super::GraphSystem;
 use crate::system::{FULL, Setup};
@@ -19,7 +18,7 @@ impl GraphSystem {
         let warnings = timed.filter_map(|node| {
             let mut knobs = setup.iter().filter(|knob| knob.target() == node.name);
             let error = knobs.find_map(|knob| match knob {
-                Knob::Clock { error, .. } => error.parse().ok(),
+                Knob::Clock { error, .. } => Some(*error),
                 _ => None,
             })?;
             let offset = setup.offset(&node.name).unwrap_or_default();

@@ -1,7 +1,6 @@
 //! The executors of a graph file, and the nodes that they run.
 
-use ratelab::{KnobKind, Release, TickTiming};
-use ratelab_effects::{Callback, Executor};
+use ratelab::{Callback, Executor, ExecutorError, KnobKind, Release, TickTiming};
 
 use super::{
     ExecutorSpec, GraphFile, NodeSpec,
@@ -48,7 +47,7 @@ impl GraphFile {
     /// A node as its executor knows it; one of the system in the middle is known by its name.
     pub(super) fn callback(&self, node: &str) -> Callback {
         let known = self.node(node);
-        known.map_or_else(|| Callback::of(node), |known| known.callback.clone())
+        known.map_or_else(|| Callback::new(node), |known| known.callback.clone())
     }
 }
 
@@ -56,7 +55,7 @@ pub(super) fn executor(block: &Block, file: &GraphFile) -> Checked<ExecutorSpec>
     name(&block.name)?;
     let Placed { text: name, at } = block.name.clone();
     let text = block.text("kind").unwrap_or(&block.name);
-    let kind: Result<Executor, String> = text.text.parse();
+    let kind: Result<Executor, ExecutorError> = text.text.parse();
     let kind = kind.or_else(|error| refuse(text.at, format!("kind: {error}")))?;
     let listed = block.at("nodes");
     let nodes = match listed {

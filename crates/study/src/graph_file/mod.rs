@@ -55,8 +55,7 @@ mod wiring;
 
 use std::fmt;
 
-use ratelab::{Knob, Release};
-use ratelab_effects::{Callback, Executor};
+use ratelab::{Callback, Executor, Knob, Release};
 
 use crate::system::{DataChain, Divider, FigureLimit};
 

@@ -1,7 +1,6 @@
 //! A system's own name for knobs.
 
 use ratelab::{Knob, KnobError, KnobKind, TimedKnob};
-use ratelab_effects::knob;
 
 use super::Setup;
 
@@ -32,7 +31,7 @@ impl Alias {
     /// [`KnobError`] for an invalid value.
     pub fn set(&self, value: &str) -> Result<Vec<Knob>, KnobError> {
         let knobs = self.knobs.iter();
-        knobs.map(|(kind, of)| knob(*kind, of, value)).collect()
+        knobs.map(|(kind, of)| kind.set(of, value)).collect()
     }
 
     /// The initial value: from `setup`, or else the default. If its knobs have several

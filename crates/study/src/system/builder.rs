@@ -3,11 +3,10 @@
 use std::{collections::BTreeMap, sync::Arc};
 
 use ratelab::{
-    Depth, Graph, Hz, IntoTickResult, Knob, KnobKind, Node, Payload, Release, Tick, Time,
-    TimedKnob, Topic, Wiring,
+    Callback, Depth, Executor, Graph, Hz, IntoTickResult, Knob, KnobKind, Node, Payload, Refusal,
+    Release, Tick, Time, TimedKnob, Topic, Wiring,
 };
 use ratelab_account::{Fields, NamedTopic, RecordedTopic};
-use ratelab_effects::{Callback, Effects, Executor, Executors};
 
 use super::{BuildError, Setup, SharedWorld, World, WorldKind};
 
@@ -66,7 +65,7 @@ pub(crate) type RecordedTopics = Vec<Arc<dyn RecordedTopic>>;
 impl<'a> Builder<'a> {
     /// Creates an empty graph for a run with `seed`.
     pub(crate) fn new(seed: u64, setup: &'a Setup, world: WorldKind) -> Self {
-        let mut graph = Graph::with(Effects);
+        let mut graph = Graph::new();
         graph.set_seed(seed);
         Self {
             seed,
@@ -359,7 +358,7 @@ impl<'a> Builder<'a> {
 
     fn check(&self, knob: &Knob) -> Result<(), BuildError> {
         let known = self.graph.check(knob);
-        known.map_err(|why| refused(knob, &why))
+        known.map_err(|why| refused(knob, why))
     }
 
     /// Sets a knob that was not used while building the graph.
@@ -372,10 +371,10 @@ impl<'a> Builder<'a> {
             return Ok(());
         }
         let before = self.graph.set(knob);
-        before.map_or_else(|why| Err(refused(knob, &why)), |_| Ok(()))
+        before.map_or_else(|why| Err(refused(knob, why)), |_| Ok(()))
     }
 }
 
-fn refused(knob: &Knob, why: &str) -> BuildError {
+fn refused(knob: &Knob, why: Refusal) -> BuildError {
     BuildError::Setting(format!("{knob}: {why}"))
 }

@@ -1,7 +1,6 @@
 //! Knobs as lines of text, with a system's aliases.
 
 use ratelab::{Knob, KnobError, KnobKind, Time, TimedKnob, alternatives};
-use ratelab_effects::checked;
 use thiserror::Error;
 
 use super::{
@@ -55,7 +54,7 @@ impl KnobText {
         let text = text.trim();
         let (word, value) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
         if KnobKind::ALL.iter().any(|kind| kind.name() == word) {
-            return Ok(vec![checked(text.parse()?).map_err(KnobError::Value)?]);
+            return Ok(vec![text.parse()?]);
         }
         let alias = self.alias(word).ok_or_else(|| self.unknown(word))?;
         let value = value.trim_start();

@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{Hz, KnobKind, millis};
-use ratelab_effects::{Draw, Overrun, draw};
+use ratelab::{Draw, Hz, Knob, KnobKind, Overrun, millis};
 
 use super::Setup;
 
@@ -15,9 +14,8 @@ const OFTEN: f64 = 0.1;
 
 /// What a tick of `node` takes with `setup`.
 pub(crate) fn cost_of(setup: &Setup, node: &str) -> Draw {
-    let cost = setup.knob(KnobKind::Takes, node);
-    let draw = cost.and_then(|cost| draw(cost).ok()?);
-    draw.unwrap_or(Draw::NONE)
+    let cost = setup.knob(KnobKind::Takes, node).and_then(Knob::draw);
+    cost.cloned().unwrap_or(Draw::NONE)
 }
 
 /// A warning that `node`, which has a core of its own and ticks at `hz`, is asked for more than it
@@ -83,6 +81,5 @@ pub(crate) fn shortest_ms(seconds: f64) -> f64 {
 /// Whether due times of `node` wait while it is busy.
 fn waits(setup: &Setup, node: &str) -> bool {
     let late = setup.knob(KnobKind::Late, node);
-    let late = late.and_then(|late| late.value().parse().ok());
-    late.is_some_and(|late: Overrun| late != Overrun::default())
+    matches!(late, Some(Knob::Late { overrun, .. }) if *overrun != Overrun::default())
 }

@@ -5,13 +5,13 @@
 //! no file then. Where the graph is a link, as in the cache of Hugging Face, the folder of its target
 //! counts as well.
 
+use ratelab::Digest;
 use std::{
     collections::{BTreeMap, btree_map::Entry},
     io::{self, ErrorKind},
     path::{Component, Path, PathBuf},
 };
 
-use ratelab_effects::Digest;
 use ratelab_study::file::{self, FileError, folder_of};
 use thiserror::Error;
 

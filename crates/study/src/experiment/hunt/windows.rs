@@ -2,9 +2,8 @@
 
 use std::{ops::Range, time::Duration};
 
-use ratelab::Time;
+use ratelab::{Chance, Time};
 use ratelab_account::TopicAccount;
-use ratelab_effects::Chance;
 
 use super::{
     Budget, HuntError,

@@ -1,0 +1,319 @@
+//! Nodes that share the threads of an executor, in an order of its own.
+
+use crate::{
+    control::{
+        knob::{Knob, TickTiming},
+        refusal::Refusal,
+    },
+    node::{Job, JobKind},
+    scheduling::{
+        agenda::Phase,
+        scheduler::{SchedulerEvent, TaskState, Timetable},
+        task::Task,
+    },
+    time::Time,
+};
+
+/// Decides which released callback is called now. Its nodes are known by their number in the
+/// order of registration.
+pub(crate) trait CallbackOrder: Send {
+    /// Whether timers wait in line when they are due, instead of being called once, late.
+    fn queues_timers(&self) -> bool {
+        true
+    }
+
+    /// The timer of a node is due, once more where timers wait in line, or a message has arrived
+    /// for it.
+    fn released(&mut self, call: Call, task_set: &mut TaskSetView<'_, '_>);
+
+    /// The callback to call now, if there are one and a thread for it.
+    fn next(&mut self, task_set: &mut TaskSetView<'_, '_>) -> Option<Call>;
+
+    /// A callback of a node was called: it takes run time, or is over. Where the message had more
+    /// sets, the callback goes on with the next one before the executor takes another callback.
+    fn called(&mut self, _member: usize, _task_set: &mut TaskSetView<'_, '_>) {}
+
+    /// Deadline of the running tick of a node, or else of its next one, which is due at `now` at the
+    /// latest if messages trigger it; `None` where no deadline decides.
+    fn deadline(&self, _member: usize, _task: &Task, _now: Time) -> Option<Time> {
+        None
+    }
+
+    /// Forgets all of a node.
+    fn forget(&mut self, member: usize);
+
+    /// Forgets that the timer of a node is due, if the call would have set its next due
+    /// time: that has changed.
+    fn reschedule(&mut self, _member: usize) {}
+}
+
+/// A call of a node, in the order in which they come first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Call {
+    /// Its subscriptions, for the next set of the last message, or in turn until a set is complete.
+    Messages { member: usize },
+    /// The timer of a node.
+    Timer { member: usize },
+    /// One of its subscriptions, for one message.
+    Message { member: usize, input: usize },
+}
+
+impl Call {
+    pub(crate) fn member(self) -> usize {
+        match self {
+            Self::Timer { member } | Self::Message { member, .. } | Self::Messages { member } => {
+                member
+            }
+        }
+    }
+}
+
+/// The nodes at an instant, as an order sees them.
+pub(crate) struct TaskSetView<'a, 't> {
+    pub(crate) tasks: &'a mut [Task],
+    /// The nodes that are being executed.
+    pub(crate) running: &'a [usize],
+    pub(crate) plan: &'a mut Timetable<'t>,
+}
+
+/// The scheduler of an executor.
+pub(crate) struct Ordered {
+    pub(crate) tasks: Vec<Task>,
+    /// The planned due time of each node's timer.
+    releases: Vec<Time>,
+    /// The nodes that are being executed.
+    running: Vec<usize>,
+    order: Box<dyn CallbackOrder>,
+}
+
+impl Ordered {
+    pub(crate) fn new(tasks: Vec<Task>, order: Box<dyn CallbackOrder>) -> Self {
+        Self {
+            releases: vec![Time::MAX; tasks.len()],
+            running: Vec::new(),
+            tasks,
+            order,
+        }
+    }
+
+    /// Asks the order, or tells it what has happened.
+    fn with_order<R>(
+        &mut self,
+        plan: &mut Timetable<'_>,
+        ask: impl FnOnce(&mut dyn CallbackOrder, &mut TaskSetView<'_, '_>) -> R,
+    ) -> R {
+        let mut task_set = TaskSetView {
+            tasks: &mut self.tasks,
+            running: &self.running,
+            plan,
+        };
+        ask(&mut *self.order, &mut task_set)
+    }
+
+    /// Tells the order of a callback that may be called from now on.
+    fn released(&mut self, call: Call, plan: &mut Timetable<'_>) {
+        self.with_order(plan, |order, task_set| order.released(call, task_set));
+    }
+
+    /// Plans the due time of the timer of a node.
+    fn release(&mut self, member: usize, plan: &mut Timetable<'_>) {
+        let due = self.tasks[member].due();
+        self.releases[member] = due;
+        plan.alarm(due, Phase::Timer, member);
+    }
+
+    /// Has the messages arrive now that wait for a node.
+    fn add_waiting(&mut self, member: usize, plan: &mut Timetable<'_>) {
+        let Some(trigger) = &self.tasks[member].trigger else {
+            return;
+        };
+        for input in 0..trigger.inputs() {
+            for _ in 0..trigger.waiting_in(input, plan.now()) {
+                plan.arrive(member, input);
+            }
+        }
+    }
+
+    fn open(&mut self, anew: bool, plan: &mut Timetable<'_>) {
+        if anew {
+            self.running.clear();
+            for member in 0..self.tasks.len() {
+                self.take_over(member, plan);
+            }
+        }
+        for member in 0..self.tasks.len() {
+            self.order.reschedule(member);
+            self.release(member, plan);
+        }
+        plan.choose();
+    }
+
+    /// Takes a node over as it is after a change of the clock.
+    fn take_over(&mut self, member: usize, plan: &mut Timetable<'_>) {
+        self.order.forget(member);
+        let waiting = self.tasks[member].queued_timers().len();
+        for _ in 0..waiting {
+            self.released(Call::Timer { member }, plan);
+        }
+        if let Some(running) = self.tasks[member].running {
+            self.running.push(member);
+            plan.alarm(running.ends, Phase::End, member);
+        }
+        self.with_order(plan, |order, task_set| order.called(member, task_set));
+        self.add_waiting(member, plan);
+    }
+
+    /// The timer of a node is due.
+    fn due(&mut self, member: usize, plan: &mut Timetable<'_>) {
+        if self.order.queues_timers() && !self.tasks[member].queue_timer() {
+            plan.skipped(member, 1);
+        } else {
+            self.released(Call::Timer { member }, plan);
+        }
+    }
+
+    /// The timer that was planned for a time is due.
+    fn alarm(&mut self, member: usize, at: Time, plan: &mut Timetable<'_>) {
+        // It may have been planned anew since.
+        if self.releases[member] > at {
+            return;
+        }
+        self.releases[member] = Time::MAX;
+        self.due(member, plan);
+        if self.order.queues_timers() {
+            self.release(member, plan);
+        }
+        plan.choose();
+    }
+
+    /// Calls the next callback, if there are one and a thread for it.
+    fn call(&mut self, plan: &mut Timetable<'_>) -> Option<Job> {
+        let now = plan.now();
+        let call = self.with_order(plan, |order, task_set| order.next(task_set))?;
+        plan.choose();
+        let member = call.member();
+        self.running.push(member);
+        let due = match (call, &mut self.tasks[member].trigger) {
+            (Call::Message { input, .. }, Some(trigger)) => trigger.take_from(input, now),
+            (Call::Messages { .. }, Some(trigger)) => trigger.take(now),
+            _ => self.call_timer(member, plan),
+        };
+        let Some(due) = due else {
+            self.ended(member, plan);
+            return None;
+        };
+        let kind = self.tasks[member].next_job(plan.clock());
+        Some(Job::new(member, kind).late(Some(now.since(due))))
+    }
+
+    /// Due time of the timer that is called now. Where due times do not wait in line, those that
+    /// have passed, `now` included, are overruns (rcl `c19dab5`, `timer.c:298-319`).
+    fn call_timer(&mut self, member: usize, plan: &mut Timetable<'_>) -> Option<Time> {
+        let (now, task) = (plan.now(), &mut self.tasks[member]);
+        if self.order.queues_timers() {
+            return task.queued_timer();
+        }
+        let due = task.due();
+        let called = (due <= now).then(|| {
+            plan.skipped(member, task.pass(now + Time::RESOLUTION));
+            due
+        });
+        self.release(member, plan);
+        called
+    }
+
+    fn done(&mut self, job: Job, plan: &mut Timetable<'_>) {
+        let member = job.member();
+        match job.kind {
+            JobKind::Begin => {
+                let ends = self.tasks[member].begin(plan.now());
+                plan.alarm(ends, Phase::End, member);
+                self.with_order(plan, |order, task_set| order.called(member, task_set));
+            }
+            JobKind::Tick { .. } | JobKind::End => self.ended(member, plan),
+        }
+        plan.choose();
+    }
+
+    /// A callback of a node is over.
+    fn ended(&mut self, member: usize, plan: &mut Timetable<'_>) {
+        self.tasks[member].running = None;
+        self.running.retain(|runs| *runs != member);
+        self.with_order(plan, |order, task_set| order.called(member, task_set));
+    }
+}
+
+impl Ordered {
+    /// Hears of an event; returns the job to be done now.
+    pub(crate) fn on(&mut self, event: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job> {
+        match event {
+            SchedulerEvent::Opened { anew } => self.open(anew, plan),
+            SchedulerEvent::Alarm { member, at, phase } => match phase {
+                Phase::End if self.tasks[member].is_over(plan.now()) => {
+                    return Some(Job::new(member, JobKind::End));
+                }
+                Phase::Timer => self.alarm(member, at, plan),
+                _ => {}
+            },
+            SchedulerEvent::Arrived { member, .. } if self.tasks[member].crashed => {}
+            SchedulerEvent::Arrived { member, input } => {
+                self.released(Call::Message { member, input }, plan);
+                plan.choose();
+            }
+            SchedulerEvent::Choose => return self.call(plan),
+            SchedulerEvent::Done { job, .. } => self.done(job, plan),
+            SchedulerEvent::Crashed { member } => {
+                self.tasks[member].crash();
+                self.running.retain(|runs| *runs != member);
+                self.order.forget(member);
+                self.release(member, plan);
+                plan.choose();
+            }
+            SchedulerEvent::Restarted { member } => {
+                self.tasks[member].restart(plan.now());
+                self.release(member, plan);
+                self.add_waiting(member, plan);
+                plan.choose();
+            }
+            SchedulerEvent::Closed { .. } => {}
+        }
+        None
+    }
+
+    /// Where a node is in its schedule at run time `now`.
+    pub(crate) fn state(&self, member: usize, now: Time) -> TaskState {
+        let task = &self.tasks[member];
+        let deadline = self.order.deadline(member, task, now);
+        TaskState {
+            deadline,
+            ..task.state(false, now)
+        }
+    }
+
+    /// Checks that the schedule of a node has this knob.
+    pub(crate) fn check(&self, member: usize, knob: &Knob) -> Result<(), Refusal> {
+        self.tasks[member].check(knob, false)
+    }
+
+    /// Sets a knob of a node's schedule; returns the value before.
+    pub(crate) fn set(
+        &mut self,
+        member: usize,
+        knob: &Knob,
+        plan: &mut Timetable<'_>,
+    ) -> Result<String, Refusal> {
+        let now = plan.now();
+        let times = knob.kind().sets(TickTiming::Due);
+        // Timers that were due before wait in line.
+        while times && self.order.queues_timers() && self.tasks[member].due() < now {
+            self.due(member, plan);
+        }
+        let before = self.tasks[member].set(member, knob, now, plan)?;
+        if times {
+            self.order.reschedule(member);
+            self.release(member, plan);
+            plan.choose();
+        }
+        Ok(before)
+    }
+}

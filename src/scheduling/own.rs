@@ -1,0 +1,246 @@
+//! A node with a thread of its own: it ticks as soon as it is due and free.
+
+use super::{
+    agenda::Phase,
+    scheduler::{SchedulerEvent, TaskState, Timetable},
+    task::Task,
+};
+use crate::{
+    control::{
+        command::ClockKind,
+        knob::{Knob, KnobKind, TickTiming},
+        refusal::Refusal,
+    },
+    node::{Job, JobKind},
+    time::Time,
+};
+
+/// Runs a node as soon as it is released and free. What is due at its rate meanwhile is skipped;
+/// messages wait.
+pub(crate) struct Own {
+    pub(crate) task: Task,
+    /// Whether a tick lasts to the end of its period: logical execution time.
+    is_let: bool,
+    /// A due tick that has not started yet.
+    waiting: Option<Waiting>,
+    /// Run time of its last late start: due times up to then passed before.
+    woke: Option<Time>,
+    /// Whether it has heard of a message that it may not have taken.
+    heard: bool,
+}
+
+/// A late tick.
+#[derive(Clone, Copy, Debug)]
+struct Waiting {
+    due: Time,
+    starts: Time,
+}
+
+impl Own {
+    pub(crate) fn new(task: Task) -> Self {
+        Self {
+            task,
+            is_let: false,
+            waiting: None,
+            woke: None,
+            heard: false,
+        }
+    }
+
+    /// A node whose ticks last to the end of their period.
+    pub(crate) fn new_let(task: Task) -> Self {
+        Self {
+            is_let: true,
+            ..Self::new(task)
+        }
+    }
+
+    /// Run time until which no other tick can start; `None` if it is free.
+    fn busy_until(&self) -> Option<Time> {
+        let waiting = self
+            .waiting
+            .map(|waiting| waiting.starts + Time::RESOLUTION);
+        waiting.or(self.task.running.map(|running| running.ends))
+    }
+
+    /// Counts the due times before `end` that pass during the current tick.
+    fn skip_while_busy(&mut self, end: Time, plan: &Timetable<'_>) {
+        if let Some(free) = self.busy_until() {
+            self.task.skip_before(free.min(end), plan);
+        }
+    }
+
+    /// Delays a tick that is due now by its lateness; `false` if it can start now.
+    fn is_delayed(&mut self, due: Time, now: Time) -> bool {
+        let starts = now + self.task.lateness();
+        self.waiting = (starts > now).then_some(Waiting { due, starts });
+        self.waiting.is_some()
+    }
+
+    /// Plans what it has begun or may begin next: when it is due, or now if a message waits; late
+    /// in virtual time if its thread was `asleep`.
+    #[inline]
+    fn arm(&mut self, asleep: bool, plan: &mut Timetable<'_>) {
+        let now = plan.now();
+        if self.task.crashed {
+            return;
+        }
+        if let Some(running) = self.task.running {
+            return plan.alarm(running.ends, Phase::End, 0);
+        }
+        let is_virtual = plan.clock() == ClockKind::Virtual;
+        let waits = match &self.task.trigger {
+            // The end of a tick comes before what arrives at the same instant.
+            Some(_) if is_virtual && !asleep => self.heard,
+            Some(trigger) => trigger.oldest(now).is_some(),
+            None => false,
+        };
+        let waits = waits && self.waiting.is_none();
+        if waits && !(is_virtual && asleep && self.is_delayed(now, now)) {
+            let (due, starts) = (now, now);
+            self.waiting = Some(Waiting { due, starts });
+        }
+        let starts = self.waiting.map(|waiting| waiting.starts);
+        plan.alarm(starts.unwrap_or_else(|| self.task.due()), Phase::Start, 0);
+    }
+
+    /// Begins a tick, if it is due and free.
+    #[inline]
+    fn start(&mut self, plan: &mut Timetable<'_>) -> Option<Job> {
+        let now = plan.now();
+        if self.task.crashed || self.task.running.is_some() {
+            return None;
+        }
+        let is_virtual = plan.clock() == ClockKind::Virtual;
+        let due = match self.waiting {
+            Some(waiting) if waiting.starts > now => return None,
+            Some(_) if plan.is_over() && self.task.is_triggered() => return None,
+            Some(waiting) => {
+                if is_virtual {
+                    self.task.skip_before(now + Time::RESOLUTION, plan);
+                }
+                (self.waiting, self.woke) = (None, Some(now));
+                match &mut self.task.trigger {
+                    Some(trigger) => {
+                        let due = trigger.take(now);
+                        self.heard = trigger.oldest(now).is_some();
+                        due
+                    }
+                    None => Some(waiting.due),
+                }
+            }
+            None if self.task.due() > now => return None,
+            None => {
+                let due = self.task.take_due();
+                self.task.skip_same_instant(due, plan);
+                // A thread that did not sleep when the tick was due does not wake late.
+                if is_virtual && due == now && self.woke != Some(now) && self.is_delayed(due, now) {
+                    self.arm(false, plan);
+                    return None;
+                }
+                Some(due)
+            }
+        };
+        if due.is_none() {
+            self.arm(false, plan);
+        }
+        due.map(|due| self.job(due, plan))
+    }
+
+    /// The begin of the tick that was `due`.
+    #[inline]
+    fn job(&mut self, due: Time, plan: &Timetable<'_>) -> Job {
+        let now = plan.now();
+        let is_virtual = plan.clock() == ClockKind::Virtual;
+        let skips = !self.task.is_triggered();
+        let known = self.task.has_times && (now > due || !self.task.wakes.is_none());
+        let lateness = (!is_virtual || !skips || known).then(|| now.since(due));
+        let kind = if self.is_let {
+            let free = now + self.task.cost().unwrap_or_default();
+            let takes = self.task.end_of_period(free).since(now);
+            self.task.begins(takes)
+        } else {
+            self.task.next_job(plan.clock())
+        };
+        Job::new(0, kind).late(lateness)
+    }
+
+    /// A job is done; ticks due before `missed_before` are missed.
+    #[inline]
+    fn done(&mut self, kind: JobKind, missed_before: Time, plan: &mut Timetable<'_>) {
+        match kind {
+            JobKind::Begin => {
+                self.task.begin(plan.now());
+            }
+            JobKind::End => {
+                let running = self.task.running.take();
+                // The next tick begins where this one was to end.
+                let ends = running.filter(|_| self.is_let).map(|running| running.ends);
+                let missed_before = ends.map_or(missed_before, |ends| ends.min(missed_before));
+                self.task.skip_before(missed_before, plan);
+            }
+            JobKind::Tick { .. } => self.task.skip_before(missed_before, plan),
+        }
+        self.arm(false, plan);
+    }
+}
+
+impl Own {
+    /// Hears of an event; returns the job to be done now.
+    #[inline]
+    pub(crate) fn on(&mut self, event: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job> {
+        let now = plan.now();
+        match event {
+            SchedulerEvent::Alarm { phase, .. } => {
+                return match phase {
+                    Phase::End if self.task.is_over(now) => Some(Job::new(0, JobKind::End)),
+                    Phase::Start => self.start(plan),
+                    _ => None,
+                };
+            }
+            SchedulerEvent::Done { job, missed_before } => self.done(job.kind, missed_before, plan),
+            SchedulerEvent::Arrived { .. } | SchedulerEvent::Opened { .. } => {
+                self.heard = true;
+                self.arm(true, plan);
+            }
+            SchedulerEvent::Crashed { .. } => {
+                self.skip_while_busy(now, plan);
+                self.task.crash();
+                self.waiting = None;
+            }
+            SchedulerEvent::Restarted { .. } => {
+                self.task.restart(now);
+                self.arm(true, plan);
+            }
+            SchedulerEvent::Closed { missed_before } => self.skip_while_busy(missed_before, plan),
+            SchedulerEvent::Choose => {}
+        }
+        None
+    }
+
+    /// Where the node is in its schedule at run time `now`.
+    pub(crate) fn state(&self, now: Time) -> TaskState {
+        self.task.state(!self.task.is_triggered(), now)
+    }
+
+    /// Checks that the schedule has this knob.
+    pub(crate) fn check(&self, knob: &Knob) -> Result<(), Refusal> {
+        self.task.check(knob, !self.is_let)
+    }
+
+    /// Sets a knob of the schedule; returns the value before.
+    pub(crate) fn set(&mut self, knob: &Knob, plan: &mut Timetable<'_>) -> Result<String, Refusal> {
+        let now = plan.now();
+        let times = knob.kind().sets(TickTiming::Due);
+        if times || knob.kind() == KnobKind::Late {
+            self.skip_while_busy(now, plan);
+        }
+        let free = self.busy_until().filter(|_| !self.task.is_triggered());
+        let free = free.map_or(now, |free| free.max(now));
+        let before = self.task.set(0, knob, free, plan)?;
+        if times && self.busy_until().is_none() && !self.task.is_triggered() {
+            self.arm(false, plan);
+        }
+        Ok(before)
+    }
+}

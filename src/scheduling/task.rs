@@ -1,0 +1,413 @@
+//! What every scheduler knows of a node: when its ticks are due, and what they take.
+
+use std::{collections::VecDeque, time::Duration};
+
+use super::scheduler::{TaskState, Timetable};
+use crate::{
+    control::{
+        command::ClockKind,
+        knob::{Knob, KnobKind, TickTiming},
+        refusal::Refusal,
+    },
+    millis,
+    node::JobKind,
+    rate::Rate,
+    settings::{chance::Chance, cost::Cost, draw::Draw, local_clock::LocalClock, overrun::Overrun},
+    sync::Arc,
+    time::{Hz, Time},
+    trigger::Trigger,
+};
+
+/// The schedule of a node, and where it is in it.
+pub(crate) struct Task {
+    name: Arc<str>,
+    /// The seed of the run.
+    seed: u64,
+    /// Number of the next tick.
+    number: u64,
+    rate: Rate,
+    /// The clock that its rate follows, if that has an error.
+    clock: Option<LocalClock>,
+    /// The clock that it stamps by, if that is another one.
+    stamp_clock: Option<LocalClock>,
+    offset: Duration,
+    /// What becomes of due times that pass while it is busy.
+    late: Overrun,
+    /// The topics that trigger it; it has no use for its rate then.
+    pub(crate) trigger: Option<Trigger>,
+    /// Duration of a tick.
+    takes: Cost,
+    /// Lateness of a tick in virtual time.
+    pub(crate) wakes: Draw,
+    /// Whether lateness or duration of its ticks were ever set.
+    pub(crate) has_times: bool,
+    /// Duration of the next tick only, in place of the usual one.
+    hang: Option<Duration>,
+    /// Duration of the tick that is about to begin.
+    next_takes: Duration,
+    /// Due times that wait in the line of its executor, each with the one after it.
+    backlog: VecDeque<(Time, Time)>,
+    pub(crate) running: Option<Running>,
+    pub(crate) crashed: bool,
+}
+
+/// The most due times in wait: those beyond them are overruns.
+const MAX_WAITING: usize = 100_000;
+
+/// A tick that has started and is not yet over.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Running {
+    /// Run time of its start.
+    pub(crate) began: Time,
+    /// Run time of its end, while it has a core.
+    pub(crate) ends: Time,
+    /// Whether it keeps a core busy under the real clock.
+    busy: bool,
+    /// Time on a core that it needs, while it has none.
+    suspended: Option<Duration>,
+}
+
+impl Running {
+    /// Time on a core that it needs from `now` on.
+    pub(crate) fn remaining(&self, now: Time) -> Duration {
+        self.suspended.unwrap_or_else(|| self.ends.since(now))
+    }
+}
+
+impl Task {
+    /// The node called `name`, in a run with this `seed`: at a rate, unless messages trigger it.
+    pub(crate) fn new(name: Arc<str>, seed: u64, rate: Rate, trigger: Option<Trigger>) -> Self {
+        Self {
+            name,
+            seed,
+            number: 0,
+            rate,
+            clock: None,
+            stamp_clock: None,
+            offset: Duration::ZERO,
+            late: Overrun::default(),
+            trigger,
+            takes: Cost::NONE,
+            wakes: Draw::NONE,
+            has_times: false,
+            hang: None,
+            next_takes: Duration::ZERO,
+            backlog: VecDeque::new(),
+            running: None,
+            crashed: false,
+        }
+    }
+
+    /// Whether messages trigger it.
+    #[inline]
+    pub(crate) fn is_triggered(&self) -> bool {
+        self.trigger.is_some()
+    }
+
+    /// Whether its last callback goes on with another set of its message.
+    pub(crate) fn goes_on(&self) -> bool {
+        let is_free = !self.crashed && self.running.is_none();
+        is_free && self.trigger.as_ref().is_some_and(Trigger::has_sets)
+    }
+
+    /// Where it is, at run time `now`.
+    pub(crate) fn state(&self, skips: bool, now: Time) -> TaskState {
+        let last = self.rate.last_due();
+        TaskState {
+            hz: self.rate.hz(),
+            due: self.due(),
+            last_due: last.map(|shown| self.when(shown)),
+            skips,
+            crashed: self.crashed,
+            remaining: self.running.map(|running| running.remaining(now)),
+            deadline: None,
+            busy: self.running.is_some_and(|running| running.busy),
+        }
+    }
+}
+
+/// Its rate.
+impl Task {
+    /// Due time of the next tick; [`Time::MAX`] after a crash, and if messages trigger it.
+    #[inline]
+    pub(crate) fn due(&self) -> Time {
+        if self.crashed || self.is_triggered() {
+            Time::MAX
+        } else {
+            self.when(self.rate.due())
+        }
+    }
+
+    /// Due time of the tick after the next one.
+    pub(crate) fn due_after_next(&self) -> Time {
+        let mut rate = self.rate.clone();
+        rate.advance();
+        self.when(rate.due())
+    }
+
+    /// Moves on to the next tick; returns when this one was due.
+    #[inline]
+    pub(crate) fn take_due(&mut self) -> Time {
+        let due = self.when(self.rate.due());
+        self.rate.advance();
+        due
+    }
+
+    /// Moves on to the first tick that is due at `time` or later; returns the number of those
+    /// between this one and that.
+    pub(crate) fn pass(&mut self, time: Time) -> u64 {
+        let shown = self.shows(time);
+        self.rate.advance_past(shown)
+    }
+
+    /// Counts the ticks that were due before `time`, and do not wait, as missed.
+    #[inline]
+    pub(crate) fn skip_before(&mut self, time: Time, plan: &Timetable<'_>) {
+        if !self.is_triggered() && self.when(self.rate.due()) < time {
+            self.skip_impatient(time - self.late.patience(self.rate.hz()), plan);
+        }
+    }
+
+    /// Counts the ticks that a clock with a step has due at the same instant as the one that was
+    /// taken; a timer of ROS is called once for all of them.
+    #[inline]
+    pub(crate) fn skip_same_instant(&mut self, due: Time, plan: &Timetable<'_>) {
+        if self.clock.is_some() {
+            self.skip_before(due + Time::RESOLUTION, plan);
+        }
+    }
+
+    /// Counts the ticks that were due before `patient`, from which on they wait.
+    fn skip_impatient(&mut self, patient: Time, plan: &Timetable<'_>) {
+        if self.when(self.rate.due()) < patient {
+            let missed = self.pass(patient) + 1;
+            plan.skipped(0, missed);
+        }
+    }
+
+    /// Adds the next due time to those in wait; `false` if they are too many.
+    pub(crate) fn queue_timer(&mut self) -> bool {
+        let room = self.backlog.len() < MAX_WAITING;
+        let due = self.take_due();
+        if room {
+            self.backlog.push_back((due, self.due()));
+        }
+        room
+    }
+
+    /// The first due time in wait, which is called now.
+    pub(crate) fn queued_timer(&mut self) -> Option<Time> {
+        Some(self.backlog.pop_front()?.0)
+    }
+
+    /// The due times in wait, each with the one after it.
+    pub(crate) fn queued_timers(&self) -> impl ExactSizeIterator<Item = (Time, Time)> {
+        self.backlog.iter().copied()
+    }
+
+    /// Has its first tick due one period later, as a timer of ROS.
+    pub(crate) fn skip_first(&mut self) {
+        self.rate.skip_first();
+    }
+
+    /// The first due time of its rate at `free` or later, after the next one.
+    pub(crate) fn end_of_period(&self, free: Time) -> Time {
+        let mut rate = self.rate.clone();
+        rate.resume(rate.due().max(self.shows(free)));
+        self.when(rate.due())
+    }
+
+    /// The run time at which its clock shows `shown`.
+    #[inline]
+    fn when(&self, shown: Time) -> Time {
+        self.clock.map_or(shown, |clock| clock.when(shown))
+    }
+
+    /// What its clock shows first at a run time.
+    fn shows(&self, time: Time) -> Time {
+        self.clock.map_or(time, |clock| clock.shows_first(time))
+    }
+}
+
+/// Ticks that take time.
+impl Task {
+    /// Duration of the next tick, which starts now, if one is set.
+    #[inline]
+    pub(crate) fn cost(&mut self) -> Option<Duration> {
+        let number = self.number;
+        self.number += 1;
+        if !self.has_times {
+            return None;
+        }
+        let hang = self.hang.take();
+        let asked = !self.takes.draw.is_none();
+        hang.or_else(|| asked.then(|| self.takes.draw.draw(self.chance("takes"), number)))
+    }
+
+    /// Lateness of the next tick.
+    #[inline]
+    pub(crate) fn lateness(&self) -> Duration {
+        if !self.has_times {
+            return Duration::ZERO;
+        }
+        self.wakes.draw(self.chance("wakes"), self.number)
+    }
+
+    fn chance<'a>(&'a self, what: &'a str) -> Chance<'a> {
+        Chance {
+            seed: self.seed,
+            what,
+            name: &self.name,
+        }
+    }
+
+    /// What its next tick begins with, which starts now.
+    #[inline]
+    pub(crate) fn next_job(&mut self, clock: ClockKind) -> JobKind {
+        match self.cost() {
+            Some(cost) if clock == ClockKind::Real || !cost.is_zero() => self.begins(cost),
+            cost => JobKind::Tick {
+                is_instant: cost.is_some(),
+            },
+        }
+    }
+
+    /// What a tick begins with that `takes` run time.
+    pub(crate) fn begins(&mut self, takes: Duration) -> JobKind {
+        self.next_takes = takes;
+        JobKind::Begin
+    }
+
+    /// It has begun a tick that takes run time; returns when it is over.
+    pub(crate) fn begin(&mut self, began: Time) -> Time {
+        self.has_times = true;
+        let ends = began + self.next_takes;
+        let (busy, suspended) = (self.takes.busy, None);
+        self.running = Some(Running {
+            began,
+            ends,
+            busy,
+            suspended,
+        });
+        ends
+    }
+
+    /// Takes the running tick off its core.
+    pub(crate) fn suspend(&mut self, now: Time) {
+        if let Some(running) = &mut self.running {
+            running.suspended = Some(running.remaining(now));
+            running.ends = Time::MAX;
+        }
+    }
+
+    /// Puts the running tick on a core again; returns when it is over there, or `None` if it is on
+    /// one.
+    pub(crate) fn resume(&mut self, now: Time) -> Option<Time> {
+        let running = self.running.as_mut()?;
+        running.ends = now + running.suspended.take()?;
+        Some(running.ends)
+    }
+
+    /// Whether its running tick is over at `now`.
+    pub(crate) fn is_over(&self, now: Time) -> bool {
+        self.running.is_some_and(|running| running.ends <= now)
+    }
+
+    /// Forgets what it was to do, and ticks no more.
+    pub(crate) fn crash(&mut self) {
+        (self.running, self.hang) = (None, None);
+        self.backlog.clear();
+        self.crashed = true;
+    }
+
+    /// Has it tick again, from run time `at` on.
+    pub(crate) fn restart(&mut self, at: Time) {
+        let shown = self.shows(at);
+        self.rate.resume(shown);
+        if let Some(trigger) = &mut self.trigger {
+            trigger.reset();
+        }
+        self.crashed = false;
+    }
+}
+
+/// Its knobs.
+impl Task {
+    /// Checks that it has this knob, and that the value is complete.
+    pub(crate) fn check(&self, knob: &Knob, own: bool) -> Result<(), Refusal> {
+        let name = || self.name.to_string();
+        let of_thread = |kind: KnobKind| kind == KnobKind::Late || kind.sets(TickTiming::Start);
+        match knob.kind() {
+            KnobKind::Rate | KnobKind::Offset | KnobKind::Late if self.is_triggered() => {
+                Err(Refusal::Triggered(name()))
+            }
+            kind if !own && of_thread(kind) => Err(Refusal::NoThread(name())),
+            _ => match knob.draw().and_then(Draw::missing) {
+                Some(measured) => Err(Refusal::NotLoaded(measured.file().to_owned())),
+                None => Ok(()),
+            },
+        }
+    }
+
+    /// Sets a knob of a node that is busy until `free`; returns the value before.
+    pub(crate) fn set(
+        &mut self,
+        member: usize,
+        knob: &Knob,
+        free: Time,
+        plan: &Timetable<'_>,
+    ) -> Result<String, Refusal> {
+        use std::mem::replace;
+        let kind = knob.kind();
+        self.has_times |= kind.sets(TickTiming::Start) || kind.sets(TickTiming::Duration);
+        Ok(match knob {
+            Knob::Rate { hz, .. } => {
+                let before = self.set_hz(*hz, plan.now(), free);
+                plan.rated(member, *hz);
+                before.to_string()
+            }
+            Knob::Offset { offset, .. } => {
+                let shown = self.shows(free);
+                self.rate.set_offset(*offset, shown);
+                let before = replace(&mut self.offset, *offset);
+                format!("{} ms", millis::to_millis(before))
+            }
+            Knob::Takes { cost, .. } => replace(&mut self.takes, cost.clone()).to_string(),
+            Knob::Wakes { lateness, .. } => replace(&mut self.wakes, lateness.clone()).to_string(),
+            Knob::Late { overrun, .. } => replace(&mut self.late, *overrun).to_string(),
+            Knob::Hang { cost, .. } => {
+                self.hang = Some(*cost);
+                self.takes.to_string()
+            }
+            Knob::Clock { error, .. } => {
+                let clock = LocalClock::new(plan.now(), *error);
+                let before = self.clock.replace(clock).unwrap_or_default();
+                self.stamp(member, plan);
+                let shown = self.shows(free);
+                self.rate.resume(shown);
+                before.error.to_string()
+            }
+            Knob::StampClock { error, .. } => {
+                let clock = LocalClock::new(plan.now(), *error);
+                let before = self.stamp_clock.replace(clock).or(self.clock);
+                self.stamp(member, plan);
+                before.unwrap_or_default().error.to_string()
+            }
+            _ => return Err(Refusal::NotFor(knob.to_string(), "node")),
+        })
+    }
+
+    /// Has its messages stamped by the clock that it stamps by.
+    fn stamp(&self, member: usize, plan: &Timetable<'_>) {
+        if let Some(clock) = self.stamp_clock.or(self.clock) {
+            plan.stamp_by(member, clock);
+        }
+    }
+
+    fn set_hz(&mut self, hz: Hz, now: Time, free: Time) -> Hz {
+        let before = self.rate.hz();
+        let (now, free) = (self.shows(now), self.shows(free));
+        self.rate.set_hz_while_busy(hz, now, free);
+        before
+    }
+}

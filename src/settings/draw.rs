@@ -1,0 +1,282 @@
+//! Random durations, such as tick times.
+
+use std::{fmt, str::FromStr, sync::Arc, time::Duration};
+
+use super::{
+    chance::{self, Chance},
+    digest::Digest,
+    error::SettingError,
+};
+use crate::millis;
+
+/// The 99th percentile of the standard normal distribution.
+const NORMAL_P99: f64 = 2.326_347_874_040_840_8;
+
+/// Prefix of a recording, of whose durations each draw is one.
+const RECORDED: &str = "recorded:";
+
+/// Prefix of a column of durations, drawn in its order: after the last comes the first again.
+const IN_ORDER: &str = "file:";
+
+/// Prefix of such a column, of whose durations each draw is one.
+const DRAWN: &str = "drawn:";
+
+/// Separator between the name of a file and the digest of its durations.
+const PIN: &str = "@sha256:";
+
+/// A distribution of durations. As text, in milliseconds: `30`; `60..110` uniform;
+/// `lognormal:30,90` by median and 99th percentile; `recorded:FILE`, `file:CSV` and `drawn:CSV`,
+/// the durations in a recording or a column; `none`.
+///
+/// ```
+/// use ratelab::Draw;
+///
+/// let draw: Draw = "60..110".parse()?;
+/// assert_eq!(draw.to_string(), "60..110");
+/// assert!("0".parse::<Draw>()?.is_none());
+/// # Ok::<(), ratelab::SettingError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub enum Draw {
+    /// Always the same; zero for none.
+    Constant(Duration),
+    /// Uniform between the first and the second.
+    Uniform(Duration, Duration),
+    /// Log-normal: mostly short, occasionally much longer.
+    Lognormal {
+        /// Median.
+        median: Duration,
+        /// 99th percentile.
+        p99: Duration,
+    },
+    /// The durations in a file.
+    Measured(Measurements),
+}
+
+impl Draw {
+    /// Always zero.
+    pub const NONE: Self = Self::Constant(Duration::ZERO);
+
+    /// Whether it is always zero.
+    pub fn is_none(&self) -> bool {
+        *self == Self::NONE
+    }
+
+    /// The median; `None` while its file is not loaded.
+    pub fn median(&self) -> Option<Duration> {
+        self.at(0.5)
+    }
+
+    /// The quantile of `u` in 0..1; `None` while its file is not loaded.
+    pub fn at(&self, u: f64) -> Option<Duration> {
+        Some(match self {
+            Self::Measured(measured) => measured.at(u)?,
+            known => known.quantile(u),
+        })
+    }
+
+    /// The quantile of `u` of a distribution that is known without a file.
+    fn quantile(&self, u: f64) -> Duration {
+        match self {
+            Self::Constant(duration) => *duration,
+            Self::Uniform(from, to) => {
+                let width = (*to - *from).as_nanos() as f64;
+                *from + Duration::from_nanos((u * width) as u64)
+            }
+            Self::Lognormal { median, p99 } if u > 0.0 => {
+                let (median, p99) = (median.as_nanos() as f64, p99.as_nanos() as f64);
+                let sigma = (p99 / median).ln() / NORMAL_P99;
+                let drawn = median * (sigma * chance::normal_quantile(u)).exp();
+                Duration::from_nanos(drawn.round() as u64)
+            }
+            Self::Lognormal { .. } | Self::Measured(_) => Duration::ZERO,
+        }
+    }
+
+    /// Draw number `n` of a chance. A graph refuses a draw whose file is not loaded, so there is
+    /// always one.
+    pub(crate) fn draw(&self, chance: Chance<'_>, n: u64) -> Duration {
+        match self {
+            Self::Constant(duration) => *duration,
+            Self::Measured(measured) if measured.is_in_order() => {
+                measured.nth(n).unwrap_or_default()
+            }
+            draw => draw.at(chance.uniform(n)).unwrap_or_default(),
+        }
+    }
+
+    /// The mean of `what` over the draws, by a thousand quantiles of equal weight; zero while the
+    /// file is not loaded.
+    pub fn mean_of(&self, what: impl Fn(Duration) -> f64) -> f64 {
+        const PARTS: u32 = 1_000;
+        let at = |part: u32| self.at((f64::from(part) + 0.5) / f64::from(PARTS));
+        match self {
+            Self::Constant(duration) => what(*duration),
+            _ => (0..PARTS).filter_map(at).map(what).sum::<f64>() / f64::from(PARTS),
+        }
+    }
+
+    /// The measurements that are not loaded yet.
+    pub fn missing(&self) -> Option<&Measurements> {
+        match self {
+            Self::Measured(measured) if measured.loaded.is_none() => Some(measured),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for Draw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ms = |duration: &Duration| millis::to_millis(*duration);
+        match self {
+            Self::Constant(Duration::ZERO) => f.write_str("none"),
+            Self::Constant(duration) => write!(f, "{}", ms(duration)),
+            Self::Uniform(from, to) => write!(f, "{}..{}", ms(from), ms(to)),
+            Self::Lognormal { median, p99 } => {
+                write!(f, "lognormal:{},{}", ms(median), ms(p99))
+            }
+            Self::Measured(measured) => measured.fmt(f),
+        }
+    }
+}
+
+impl FromStr for Draw {
+    type Err = SettingError;
+
+    fn from_str(text: &str) -> Result<Self, SettingError> {
+        let text = text.trim();
+        for prefix in [RECORDED, IN_ORDER, DRAWN] {
+            if let Some(file) = text.strip_prefix(prefix) {
+                return Measurements::parse(prefix, file).map(Self::Measured);
+            }
+        }
+        if let Some(figures) = text.strip_prefix("lognormal:") {
+            return lognormal(text, figures);
+        }
+        if let Some((from, to)) = text.split_once("..") {
+            let (from, to) = (millis::parse(from)?, millis::parse(to)?);
+            let known = (from <= to).then_some(Self::Uniform(from, to));
+            return known.ok_or_else(|| SettingError::Range(text.to_owned()));
+        }
+        match text {
+            "none" => Ok(Self::NONE),
+            _ => millis::parse(text)
+                .map(Self::Constant)
+                .map_err(|_| SettingError::Draw(text.to_owned())),
+        }
+    }
+}
+
+fn lognormal(text: &str, figures: &str) -> Result<Draw, SettingError> {
+    let refused = || SettingError::Lognormal(text.to_owned());
+    let (median, p99) = figures.split_once(',').ok_or_else(refused)?;
+    let (median, p99) = (millis::parse(median)?, millis::parse(p99)?);
+    if median.is_zero() || p99 < median {
+        return Err(SettingError::LognormalOrder(text.to_owned()));
+    }
+    Ok(Draw::Lognormal { median, p99 })
+}
+
+/// Durations that were loaded: in the order of their file, and sorted.
+type Loaded = Arc<[Vec<Duration>; 2]>;
+
+/// Measured durations, named by their file. The library reads no such files: the program loads the
+/// durations, and the value has them from then on.
+#[derive(Clone, Debug)]
+pub struct Measurements {
+    prefix: &'static str,
+    file: String,
+    pin: Option<Digest>,
+    loaded: Option<Loaded>,
+}
+
+impl Measurements {
+    fn parse(prefix: &'static str, text: &str) -> Result<Self, SettingError> {
+        let (file, pin) = match text.rsplit_once(PIN) {
+            Some((file, digest)) => (file, Some(digest.parse()?)),
+            None => (text, None),
+        };
+        if file.is_empty() {
+            return Err(SettingError::NoFile(prefix));
+        }
+        Ok(Self {
+            prefix,
+            file: file.to_owned(),
+            pin,
+            loaded: None,
+        })
+    }
+
+    /// Path of the file.
+    pub fn file(&self) -> &str {
+        &self.file
+    }
+
+    /// Whether the file is a recording, and no column of numbers.
+    pub fn is_recorded(&self) -> bool {
+        self.prefix == RECORDED
+    }
+
+    fn is_in_order(&self) -> bool {
+        self.prefix == IN_ORDER
+    }
+
+    /// Returns the same draw with the durations in the file, pinned to their digest.
+    ///
+    /// # Errors
+    /// If there are no durations, or they differ from the pinned ones.
+    pub fn with_durations(&self, mut durations: Vec<Duration>) -> Result<Self, SettingError> {
+        let (file, mut sorted) = (&self.file, durations.clone());
+        if durations.is_empty() {
+            return Err(SettingError::NoDurations(file.clone()));
+        }
+        sorted.sort_unstable();
+        if !self.is_in_order() {
+            durations.clone_from(&sorted);
+        }
+        let nanos = durations.iter().map(|d| d.as_nanos() as u64);
+        let content: Vec<u8> = nanos.flat_map(u64::to_le_bytes).collect();
+        let found = Digest::of(&content);
+        match self.pin {
+            Some(expected) if expected != found => Err(SettingError::OtherDurations {
+                file: file.clone(),
+                expected,
+                found,
+            }),
+            _ => Ok(Self {
+                pin: Some(found),
+                loaded: Some(Arc::new([durations, sorted])),
+                ..self.clone()
+            }),
+        }
+    }
+
+    /// Number `n` in the order of the file.
+    fn nth(&self, n: u64) -> Option<Duration> {
+        let [in_order, _] = &**self.loaded.as_ref()?;
+        in_order.get((n % in_order.len() as u64) as usize).copied()
+    }
+
+    /// The quantile of `u` in 0..1.
+    fn at(&self, u: f64) -> Option<Duration> {
+        let [_, sorted] = &**self.loaded.as_ref()?;
+        sorted.get((u * sorted.len() as f64) as usize).copied()
+    }
+}
+
+impl PartialEq for Measurements {
+    /// Whether the names are the same, and the digests that they are pinned to.
+    fn eq(&self, other: &Self) -> bool {
+        (self.prefix, &self.file, self.pin) == (other.prefix, &other.file, other.pin)
+    }
+}
+
+impl fmt::Display for Measurements {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}{}", self.prefix, self.file)?;
+        match self.pin {
+            Some(digest) => write!(f, "{PIN}{digest}"),
+            None => Ok(()),
+        }
+    }
+}

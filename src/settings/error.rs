@@ -1,0 +1,94 @@
+//! Texts that are not valid settings.
+
+use thiserror::Error;
+
+use super::{link, local_clock, matching};
+use crate::{millis::MillisError, qos::DepthError};
+
+/// A text that is not a valid setting: what is wrong with it, and what is expected.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum SettingError {
+    /// Not a number of milliseconds.
+    #[error(transparent)]
+    Millis(#[from] MillisError),
+    /// Not a SHA-256.
+    #[error("{0:?} is not a SHA-256: expected 64 hexadecimal digits")]
+    Digest(String),
+    /// Not a random duration.
+    #[error(
+        "{0:?} is not a duration: expected milliseconds such as 30, 60..110, lognormal:30,90, \
+         recorded:FILE, file:CSV, drawn:CSV or none"
+    )]
+    Draw(String),
+    /// A range with its ends exchanged.
+    #[error("{0:?} is not a range: expected A..B, A first")]
+    Range(String),
+    /// A distribution without its two parameters.
+    #[error("{0:?} is not a distribution: expected lognormal:MEDIAN,P99")]
+    Lognormal(String),
+    /// A distribution whose parameters make no sense.
+    #[error(
+        "{0:?} is not a distribution: expected lognormal:MEDIAN,P99, above zero and in this order"
+    )]
+    LognormalOrder(String),
+    /// A column of durations without the name of its file.
+    #[error("{0} names no file: expected {0}FILE")]
+    NoFile(&'static str),
+    /// A file without durations.
+    #[error("{0} has no such durations: record a run on the real clock")]
+    NoDurations(String),
+    /// A file that has changed.
+    #[error("{file} has other durations than it had: expected SHA-256 {expected}, found {found}")]
+    OtherDurations {
+        /// The file.
+        file: String,
+        /// The digest of its durations when they were first read.
+        expected: super::digest::Digest,
+        /// Their digest now.
+        found: super::digest::Digest,
+    },
+    /// Not the error of a clock.
+    #[error(
+        "{0:?} is not a clock error: expected OFFSET_MS DRIFT_PPM, up to {ms} ms and {ppm} ppm \
+         either way, or OFFSET_MS DRIFT_PPM STEP_MS",
+        ms = local_clock::MAX_MS,
+        ppm = local_clock::MAX_PPM
+    )]
+    Clock(String),
+    /// Not an overrun policy.
+    #[error("{0:?} is not an overrun policy: expected skip, catch-up or queue:N")]
+    Overrun(String),
+    /// Not a part of a link.
+    #[error("{0:?} is not a part of a link: {expected}", expected = link::EXPECTED)]
+    LinkPart(String),
+    /// A part that a link has already.
+    #[error("{0} is there twice: {expected}", expected = link::EXPECTED)]
+    LinkPartTwice(String),
+    /// Not the delay of a link.
+    #[error("{0:?} is not a delay: {expected}", expected = link::EXPECTED)]
+    Delay(String),
+    /// Not a probability.
+    #[error("{0:?} is not a probability: expected 0 to 1")]
+    Probability(String),
+    /// A burst with one number.
+    #[error("burst:{0} lacks a number: expected burst:P,N")]
+    Burst(String),
+    /// Not a mean length of bursts.
+    #[error(
+        "{0:?} is not a mean length of bursts: expected 1 to {max} messages",
+        max = link::MAX_BURST
+    )]
+    BurstLength(String),
+    /// A link that sends lost messages again, and loses all.
+    #[error("a reliable link never delivers at loss:1: expected less than 1")]
+    NeverDelivers,
+    /// Not a way to match messages.
+    #[error("{0:?} is not a way to match messages: {expected}", expected = matching::EXPECTED)]
+    Match(String),
+    /// A match with a queue that is not a queue depth.
+    #[error("{0:?} is not a way to match messages: {1}")]
+    MatchQueue(String, DepthError),
+    /// A match with an interval that is not a duration.
+    #[error("{0:?} is not a way to match messages: {1}")]
+    MatchInterval(String, MillisError),
+}

@@ -1,0 +1,209 @@
+//! The link between the publishers of a topic and its readers.
+
+use std::{fmt, str::FromStr, time::Duration};
+
+use super::{draw::Draw, error::SettingError};
+use crate::millis;
+
+/// The accepted texts.
+pub(super) const EXPECTED: &str = "expected none, or parts with commas in between: delay:MS, delay:A..B, \
+    delay:lognormal:MEDIAN,P99, in-order, loss:P, burst:P,N, reliable:MS";
+
+/// A part of a link as text.
+struct LinkPart {
+    name: &'static str,
+    /// Sets it to this value.
+    set: fn(&mut Link, &str) -> Result<(), SettingError>,
+    /// Its value; `None` for a link without it.
+    value: fn(&Link) -> Option<String>,
+}
+
+/// All of them in order. Another kind of loss or delay is a row here, a field of the link, and what
+/// a channel does with that.
+static PARTS: [LinkPart; 5] = [
+    LinkPart {
+        name: "delay",
+        set: |link, value| delay(value).map(|delay| link.delay = delay),
+        value: |link| (!link.delay.is_none()).then(|| link.delay.to_string()),
+    },
+    LinkPart {
+        name: "in-order",
+        set: |link, value| {
+            link.in_order = value.is_empty();
+            let refused = || SettingError::LinkPart("in-order".to_owned());
+            link.in_order.then_some(()).ok_or_else(refused)
+        },
+        value: |link| link.in_order.then(String::new),
+    },
+    LinkPart {
+        name: "loss",
+        set: |link, value| probability(value).map(|loss| link.loss = loss),
+        value: |link| (link.loss > 0.0).then(|| link.loss.to_string()),
+    },
+    LinkPart {
+        name: "burst",
+        set: |link, value| burst(value).map(|burst| link.burst = Some(burst)),
+        value: |link| {
+            let Burst { start, length } = link.burst?;
+            Some(format!("{start},{length}"))
+        },
+    },
+    LinkPart {
+        name: "reliable",
+        set: |link, value| {
+            link.reliable = Some(millis::parse(value)?);
+            Ok(())
+        },
+        value: |link| Some(millis::to_millis(link.reliable?).to_string()),
+    },
+];
+
+/// The longest mean length of a burst (messages).
+pub(super) const MAX_BURST: f64 = 1e9;
+
+/// A model of message transport: delay, order and loss. As text `none`, or
+/// comma-separated parts, each at most once: `delay:30`, `delay:5..40` or
+/// `delay:lognormal:10,50` (ms), `in-order`, `loss:0.2`, `burst:0.01,5`, `reliable:40`
+/// (ms).
+///
+/// ```
+/// use ratelab::Link;
+///
+/// let link: Link = "loss:0.2,delay:lognormal:10,50,in-order".parse()?;
+/// assert_eq!(link.to_string(), "delay:lognormal:10,50,in-order,loss:0.2");
+/// assert!("loss:1,reliable:40".parse::<Link>().is_err());
+/// # Ok::<(), ratelab::SettingError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Link {
+    /// Time from release to delivery.
+    pub delay: Draw,
+    /// Whether each message waits for the earlier ones.
+    pub in_order: bool,
+    /// Probability that a message is lost, bursts aside.
+    pub loss: f64,
+    /// Losses that occur together.
+    pub burst: Option<Burst>,
+    /// Interval after which a lost message is sent again; `None` for no retries.
+    pub reliable: Option<Duration>,
+}
+
+/// Losses that occur together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Burst {
+    /// Probability that a message starts a burst.
+    pub start: f64,
+    /// Mean length (messages).
+    pub length: f64,
+}
+
+impl Link {
+    /// The perfect link: no delay and no loss.
+    pub const NONE: Self = Self {
+        delay: Draw::NONE,
+        in_order: false,
+        loss: 0.0,
+        burst: None,
+        reliable: None,
+    };
+
+    /// The delay (ms), if it is always the same.
+    pub fn delay_ms(&self) -> Option<f64> {
+        match self.delay {
+            Draw::Constant(delay) => Some(millis::to_millis(delay)),
+            _ => None,
+        }
+    }
+
+    /// This link with another `part`, such as `delay:30`.
+    ///
+    /// # Errors
+    /// The accepted values, if there is no such part, or no such link.
+    pub fn with(&self, part: &str) -> Result<Self, SettingError> {
+        let mut link = self.clone();
+        let (name, value) = part.split_once(':').unwrap_or((part, ""));
+        link.add(name, value)?;
+        link.to_string().parse()
+    }
+
+    /// Adds the part called `name`.
+    fn add(&mut self, name: &str, value: &str) -> Result<(), SettingError> {
+        let part = PARTS.iter().find(|part| part.name == name);
+        let part = part.ok_or_else(|| SettingError::LinkPart(name.to_owned()))?;
+        (part.set)(self, value)
+    }
+}
+
+fn delay(value: &str) -> Result<Draw, SettingError> {
+    match value.parse() {
+        Ok(Draw::Measured(_)) | Err(_) => Err(SettingError::Delay(value.to_owned())),
+        Ok(draw) => Ok(draw),
+    }
+}
+
+fn probability(text: &str) -> Result<f64, SettingError> {
+    let parsed: Option<f64> = text.trim().parse().ok();
+    let known = parsed.filter(|p| (0.0..=1.0).contains(p));
+    known.ok_or_else(|| SettingError::Probability(text.to_owned()))
+}
+
+fn burst(value: &str) -> Result<Burst, SettingError> {
+    let (start, length) = value
+        .split_once(',')
+        .ok_or_else(|| SettingError::Burst(value.to_owned()))?;
+    let parsed: Option<f64> = length.trim().parse().ok();
+    let known = parsed.filter(|n| (1.0..=MAX_BURST).contains(n));
+    Ok(Burst {
+        start: probability(start)?,
+        length: known.ok_or_else(|| SettingError::BurstLength(length.to_owned()))?,
+    })
+}
+
+/// Splits a list into the first part and the rest. Two kinds of parts contain a comma.
+fn first_part(list: &str) -> (&str, Option<&str>) {
+    let commas = usize::from(list.starts_with("burst:") || list.starts_with("delay:lognormal:"));
+    match list.match_indices(',').nth(commas) {
+        Some((comma, _)) => (&list[..comma], Some(&list[comma + 1..])),
+        None => (list, None),
+    }
+}
+
+impl fmt::Display for Link {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let parts = PARTS.iter().filter_map(|part| {
+            Some(match (part.value)(self)?.as_str() {
+                "" => part.name.to_owned(),
+                value => format!("{}:{value}", part.name),
+            })
+        });
+        let parts: Vec<String> = parts.collect();
+        if parts.is_empty() {
+            f.write_str("none")
+        } else {
+            f.write_str(&parts.join(","))
+        }
+    }
+}
+
+impl FromStr for Link {
+    type Err = SettingError;
+
+    fn from_str(text: &str) -> Result<Self, SettingError> {
+        let (mut link, mut names) = (Self::NONE, Vec::new());
+        let mut rest = Some(text.trim()).filter(|text| *text != "none");
+        while let Some(list) = rest {
+            let (part, others) = first_part(list.trim_start());
+            let (name, value) = part.split_once(':').unwrap_or((part, ""));
+            if names.contains(&name) {
+                return Err(SettingError::LinkPartTwice(name.to_owned()));
+            }
+            link.add(name, value)?;
+            names.push(name);
+            rest = others;
+        }
+        if link.reliable.is_some() && link.loss >= 1.0 {
+            return Err(SettingError::NeverDelivers);
+        }
+        Ok(link)
+    }
+}

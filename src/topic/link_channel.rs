@@ -1,0 +1,134 @@
+//! A link with its state: it decides when a message is delivered.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    time::Duration,
+};
+
+use crate::{
+    control::{knob::Knob, refusal::Refusal},
+    millis,
+    settings::{
+        chance::Chance,
+        link::{Burst, Link},
+    },
+    time::Time,
+};
+
+/// Number of retries after which a message counts as lost.
+const MAX_RETRIES: u64 = 1_000_000;
+
+/// A link with its state.
+#[derive(Debug)]
+pub(crate) struct LinkChannel {
+    seed: u64,
+    topic: String,
+    link: Link,
+    /// Whether a burst of losses is in progress.
+    bad: bool,
+    lose: BTreeSet<u64>,
+    postpone: BTreeMap<u64, Duration>,
+    /// Time of the latest delivery so far.
+    latest: Time,
+}
+
+impl LinkChannel {
+    /// A perfect link on `topic`.
+    pub(crate) fn new(seed: u64, topic: &str) -> Self {
+        Self {
+            seed,
+            topic: topic.to_owned(),
+            link: Link::NONE,
+            bad: false,
+            lose: BTreeSet::new(),
+            postpone: BTreeMap::new(),
+            latest: Time::ZERO,
+        }
+    }
+
+    /// Time that message number `seq` loses to failed attempts; `None` if it is lost.
+    fn time_lost(&mut self, seq: u64) -> Option<Duration> {
+        let told = self.lose.remove(&seq);
+        let by_chance = self.is_lost(seq);
+        let by_burst = self.is_in_burst(seq);
+        if !(told || by_chance || by_burst) {
+            return Some(Duration::ZERO);
+        }
+        let again = self.link.reliable?;
+        let mut retries = 1..=MAX_RETRIES;
+        let arrives = retries.find(|retry| !self.is_lost(format_args!("{seq}.{retry}")));
+        let waits = arrives.map(|retry| again.saturating_mul(retry as u32));
+        Some(waits.unwrap_or(Duration::MAX))
+    }
+
+    fn is_lost(&self, number: impl std::fmt::Display) -> bool {
+        let loss = self.link.loss;
+        loss > 0.0 && self.chance("loss").uniform(number) < loss
+    }
+
+    /// Whether a burst takes message number `seq`. Each message advances the state of the
+    /// burst.
+    fn is_in_burst(&mut self, seq: u64) -> bool {
+        let Some(Burst { start, length }) = self.link.burst else {
+            return false;
+        };
+        let u = self.chance("burst").uniform(seq);
+        self.bad = if self.bad {
+            u >= 1.0 / length
+        } else {
+            u < start
+        };
+        self.bad
+    }
+
+    fn chance<'a>(&'a self, what: &'a str) -> Chance<'a> {
+        Chance {
+            seed: self.seed,
+            what,
+            name: &self.topic,
+        }
+    }
+}
+
+impl LinkChannel {
+    /// Returns when message number `seq`, published at `now`, is delivered; `None` if it is lost. A
+    /// message that is delivered after a later one is overtaken, and nobody reads it.
+    pub(crate) fn deliver_at(&mut self, seq: u64, now: Time) -> Option<Time> {
+        let late = self.time_lost(seq)?;
+        let mut at = now + late + self.link.delay.draw(self.chance("delay"), seq);
+        if self.link.in_order || self.link.reliable.is_some() {
+            at = at.max(self.latest);
+        }
+        at = at + self.postpone.remove(&seq).unwrap_or_default();
+        self.latest = self.latest.max(at);
+        Some(at)
+    }
+
+    /// Whether it delivers every message to come at once.
+    pub(crate) fn is_perfect(&self) -> bool {
+        self.link == Link::NONE && self.lose.is_empty() && self.postpone.is_empty()
+    }
+
+    /// Sets a knob of the topic; returns the value before.
+    ///
+    /// # Errors
+    /// [`Refusal`] for a knob of a node.
+    pub(crate) fn set(&mut self, knob: &Knob) -> Result<String, Refusal> {
+        match knob {
+            Knob::Link { link, .. } => {
+                // It begins without a burst.
+                self.bad = false;
+                Ok(std::mem::replace(&mut self.link, link.clone()).to_string())
+            }
+            Knob::Lose { seq, .. } => {
+                self.lose.insert(*seq);
+                Ok("not lost".to_owned())
+            }
+            Knob::Postpone { seq, delay, .. } => {
+                let before = self.postpone.insert(*seq, *delay).unwrap_or_default();
+                Ok(format!("{} ms", millis::to_millis(before)))
+            }
+            _ => Err(Refusal::NotFor(knob.to_string(), "topic")),
+        }
+    }
+}
