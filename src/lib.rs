@@ -133,7 +133,7 @@ pub use control::{
     event::{Event, EventKind},
     inbox::{Inbox, Interrupt, Received, Wait},
     knob::{Knob, KnobError, KnobKind, TickTiming, TimedKnob},
-    refusal::Refusal,
+    refusal::KnobRefusal,
     state::{RunState, Status},
 };
 pub use graph::{Graph, GraphError, NodeTopology, TopicTopology, Topology, Wiring};

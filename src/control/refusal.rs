@@ -4,7 +4,7 @@ use thiserror::Error;
 
 /// Why a graph refuses a setting, with a remedy.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum Refusal {
+pub enum KnobRefusal {
     /// A name that the graph does not know.
     #[error("there is no {kind} {name:?}: {}", known_names(known))]
     Unknown {

@@ -5,7 +5,7 @@ use std::{fmt, sync::OnceLock};
 use super::{
     command::{ClockKind, Command, Speed},
     event::{Event, EventKind},
-    refusal::Refusal,
+    refusal::KnobRefusal,
 };
 use crate::{
     journal::{Entries, Journal},
@@ -165,7 +165,7 @@ impl RunState {
         &self,
         at: Time,
         command: &Command,
-        answer: Result<String, Refusal>,
+        answer: Result<String, KnobRefusal>,
     ) -> usize {
         match answer {
             Ok(was) => self.applied(at, command, Some(was)),

@@ -8,7 +8,7 @@ use crate::{
     arrival::Arrival,
     control::{
         knob::Knob,
-        refusal::Refusal,
+        refusal::KnobRefusal,
         state::{RunState, Status},
     },
     record::RecordSender,
@@ -69,7 +69,7 @@ impl ControlPlane {
         self.state.update(|status| *status = self.status);
     }
 
-    pub(crate) fn node_index(&self, name: &str) -> Result<usize, Refusal> {
+    pub(crate) fn node_index(&self, name: &str) -> Result<usize, KnobRefusal> {
         let known = self.nodes.iter().position(|node| node.name == name);
         let names = self.nodes.iter().map(|node| &*node.name);
         known.ok_or_else(|| unknown("node", name, names))
@@ -89,10 +89,10 @@ impl ControlPlane {
     ///
     /// # Errors
     /// The reason, with the available alternatives.
-    pub(crate) fn local_index(&self, name: &str) -> Result<usize, Refusal> {
+    pub(crate) fn local_index(&self, name: &str) -> Result<usize, KnobRefusal> {
         let index = self.node_index(name)?;
         if self.remote[index] {
-            Err(Refusal::OtherProcess(name.to_owned()))
+            Err(KnobRefusal::OtherProcess(name.to_owned()))
         } else {
             Ok(index)
         }
@@ -102,19 +102,19 @@ impl ControlPlane {
     ///
     /// # Errors
     /// The reason, with the available alternatives.
-    pub(crate) fn set(&self, knob: &Knob, now: Time) -> Result<String, Refusal> {
+    pub(crate) fn set(&self, knob: &Knob, now: Time) -> Result<String, KnobRefusal> {
         self.check(knob)?;
         self.topic(knob.target())?.topic.set(knob, self.seed, now)
     }
 
     /// Checks that the topic has this knob.
-    pub(super) fn check(&self, knob: &Knob) -> Result<(), Refusal> {
+    pub(super) fn check(&self, knob: &Knob) -> Result<(), KnobRefusal> {
         let topic = self.topic(knob.target())?;
         if matches!(knob, Knob::Depth { .. }) || !topic.readers.is_empty() {
             return Ok(());
         }
         let read = self.topics.iter().filter(|known| !known.readers.is_empty());
-        Err(Refusal::Unread {
+        Err(KnobRefusal::Unread {
             topic: topic.name.to_string(),
             read: read.map(|known| known.name.to_string()).collect(),
         })
@@ -138,7 +138,7 @@ impl ControlPlane {
         arrivals
     }
 
-    fn topic(&self, name: &str) -> Result<&WiredTopic, Refusal> {
+    fn topic(&self, name: &str) -> Result<&WiredTopic, KnobRefusal> {
         let known = self.topics.iter().find(|t| &*t.name == name);
         let names = self.topics.iter().map(|t| &*t.name);
         known.ok_or_else(|| unknown("topic", name, names))
@@ -172,8 +172,12 @@ impl ControlPlane {
 }
 
 /// The refusal of an unknown name of a `kind`, with the known names.
-fn unknown<'n>(kind: &'static str, name: &str, known: impl Iterator<Item = &'n str>) -> Refusal {
-    Refusal::Unknown {
+fn unknown<'n>(
+    kind: &'static str,
+    name: &str,
+    known: impl Iterator<Item = &'n str>,
+) -> KnobRefusal {
+    KnobRefusal::Unknown {
         kind,
         name: name.to_owned(),
         known: known.map(str::to_owned).collect(),

@@ -25,7 +25,7 @@ use crate::{
     control::{
         command::{ClockKind, Speed},
         knob::Knob,
-        refusal::Refusal,
+        refusal::KnobRefusal,
         state::{RunState, Status},
     },
     node::{Node, NodeSlot, Rebuild, Tick},
@@ -328,7 +328,7 @@ impl Graph {
     ///
     /// # Errors
     /// The reason, with the available alternatives.
-    pub fn check(&self, knob: &Knob) -> Result<(), Refusal> {
+    pub fn check(&self, knob: &Knob) -> Result<(), KnobRefusal> {
         if knob.kind().is_of_topic() {
             return self.control.check(knob);
         }
@@ -344,7 +344,7 @@ impl Graph {
     ///
     /// # Errors
     /// The reason and a remedy; nothing is changed then.
-    pub fn set(&mut self, knob: &Knob) -> Result<String, Refusal> {
+    pub fn set(&mut self, knob: &Knob) -> Result<String, KnobRefusal> {
         let now = self.now();
         if knob.kind().is_of_topic() {
             self.control.set(knob, now)
@@ -357,7 +357,7 @@ impl Graph {
     ///
     /// # Errors
     /// The reason and a remedy.
-    pub(crate) fn set_node(&mut self, knob: &Knob, at: Time) -> Result<String, Refusal> {
+    pub(crate) fn set_node(&mut self, knob: &Knob, at: Time) -> Result<String, KnobRefusal> {
         let index = self.control.node_index(knob.target())?;
         if !self.is_here(index) {
             // A setting for the process in which it runs.

@@ -15,7 +15,7 @@ use super::{
 use crate::{
     control::{
         knob::{Knob, KnobKind},
-        refusal::Refusal,
+        refusal::KnobRefusal,
     },
     record::{NodeRecord, RecordSender, TickTimes},
     sync::Arc,
@@ -104,9 +104,9 @@ impl NodeSlot {
     }
 
     /// Checks that the node has this knob.
-    pub(crate) fn check(&self, knob: &Knob) -> Result<(), Refusal> {
+    pub(crate) fn check(&self, knob: &Knob) -> Result<(), KnobRefusal> {
         if self.fixed.kinds.contains(&knob.kind()) {
-            Err(Refusal::Fixed(self.fixed.reason))
+            Err(KnobRefusal::Fixed(self.fixed.reason))
         } else {
             Ok(())
         }
@@ -267,13 +267,13 @@ impl NodeSlot {
     pub(crate) fn ask(
         &mut self,
         obey: impl FnOnce(&mut dyn Node) -> Result<String, NodeError>,
-    ) -> Result<String, Refusal> {
+    ) -> Result<String, KnobRefusal> {
         match caught(|| obey(&mut *self.node)) {
-            Ok(answer) => answer.map_err(|error| Refusal::ByNode(error.to_string())),
+            Ok(answer) => answer.map_err(|error| KnobRefusal::ByNode(error.to_string())),
             Err(panicked) => {
                 let reason = panicked.to_string();
                 self.panicked = Some(panicked);
-                Err(Refusal::ByNode(reason))
+                Err(KnobRefusal::ByNode(reason))
             }
         }
     }
@@ -282,10 +282,10 @@ impl NodeSlot {
     ///
     /// # Errors
     /// The reason if it cannot.
-    pub(crate) fn begin_anew(&mut self) -> Result<(), Refusal> {
+    pub(crate) fn begin_anew(&mut self) -> Result<(), KnobRefusal> {
         caught(|| self.rebuild())
             .unwrap_or_else(|panicked| Err(panicked.into()))
-            .map_err(|error| Refusal::ByNode(error.to_string()))?;
+            .map_err(|error| KnobRefusal::ByNode(error.to_string()))?;
         self.panicked = None;
         self.tick.forget_reads();
         Ok(())

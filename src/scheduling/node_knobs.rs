@@ -5,7 +5,7 @@ use super::{
     scheduler::{Member, SchedulerEvent},
 };
 use crate::{
-    control::{event::EventKind, knob::Knob, refusal::Refusal, state::RunState},
+    control::{event::EventKind, knob::Knob, refusal::KnobRefusal, state::RunState},
     node::{Fault, Flow, NodeCrash, NodeSlot, TickResult},
     record::NodeRecord,
     time::Time,
@@ -16,7 +16,12 @@ impl Schedule {
     ///
     /// # Errors
     /// The reason, with a remedy.
-    pub(crate) fn check(&self, node: usize, slot: &NodeSlot, knob: &Knob) -> Result<(), Refusal> {
+    pub(crate) fn check(
+        &self,
+        node: usize,
+        slot: &NodeSlot,
+        knob: &Knob,
+    ) -> Result<(), KnobRefusal> {
         slot.check(knob)?;
         match knob {
             Knob::Send { .. } | Knob::Parameter { .. } => Ok(()),
@@ -38,7 +43,7 @@ impl Schedule {
         slot: &mut NodeSlot,
         knob: &Knob,
         now: Time,
-    ) -> Result<String, Refusal> {
+    ) -> Result<String, KnobRefusal> {
         self.check(node, slot, knob)?;
         let (task_set, member) = self.place(node);
         match knob {
@@ -66,7 +71,12 @@ impl Schedule {
         self.record(node, NodeRecord::Crashed);
     }
 
-    fn restart(&mut self, node: usize, slot: &mut NodeSlot, now: Time) -> Result<String, Refusal> {
+    fn restart(
+        &mut self,
+        node: usize,
+        slot: &mut NodeSlot,
+        now: Time,
+    ) -> Result<String, KnobRefusal> {
         let (task_set, member) = self.place(node);
         let was = self.condition(node);
         // A node that is built once more crashes first, another one only once it has begun anew.

@@ -9,7 +9,7 @@ use crate::{
     control::{
         command::ClockKind,
         knob::{Knob, KnobKind, TickTiming},
-        refusal::Refusal,
+        refusal::KnobRefusal,
     },
     node::{Job, JobKind},
     time::Time,
@@ -224,12 +224,16 @@ impl Own {
     }
 
     /// Checks that the schedule has this knob.
-    pub(crate) fn check(&self, knob: &Knob) -> Result<(), Refusal> {
+    pub(crate) fn check(&self, knob: &Knob) -> Result<(), KnobRefusal> {
         self.task.check(knob, !self.is_let)
     }
 
     /// Sets a knob of the schedule; returns the value before.
-    pub(crate) fn set(&mut self, knob: &Knob, plan: &mut Timetable<'_>) -> Result<String, Refusal> {
+    pub(crate) fn set(
+        &mut self,
+        knob: &Knob,
+        plan: &mut Timetable<'_>,
+    ) -> Result<String, KnobRefusal> {
         let now = plan.now();
         let times = knob.kind().sets(TickTiming::Due);
         if times || knob.kind() == KnobKind::Late {

@@ -7,7 +7,7 @@ use crate::{
     control::{
         command::ClockKind,
         knob::{Knob, KnobKind, TickTiming},
-        refusal::Refusal,
+        refusal::KnobRefusal,
     },
     millis,
     node::JobKind,
@@ -334,16 +334,16 @@ impl Task {
 /// Its knobs.
 impl Task {
     /// Checks that it has this knob, and that the value is complete.
-    pub(crate) fn check(&self, knob: &Knob, own: bool) -> Result<(), Refusal> {
+    pub(crate) fn check(&self, knob: &Knob, own: bool) -> Result<(), KnobRefusal> {
         let name = || self.name.to_string();
         let of_thread = |kind: KnobKind| kind == KnobKind::Late || kind.sets(TickTiming::Start);
         match knob.kind() {
             KnobKind::Rate | KnobKind::Offset | KnobKind::Late if self.is_triggered() => {
-                Err(Refusal::Triggered(name()))
+                Err(KnobRefusal::Triggered(name()))
             }
-            kind if !own && of_thread(kind) => Err(Refusal::NoThread(name())),
+            kind if !own && of_thread(kind) => Err(KnobRefusal::NoThread(name())),
             _ => match knob.draw().and_then(Draw::missing) {
-                Some(measured) => Err(Refusal::NotLoaded(measured.file().to_owned())),
+                Some(measured) => Err(KnobRefusal::NotLoaded(measured.file().to_owned())),
                 None => Ok(()),
             },
         }
@@ -356,7 +356,7 @@ impl Task {
         knob: &Knob,
         free: Time,
         plan: &Timetable<'_>,
-    ) -> Result<String, Refusal> {
+    ) -> Result<String, KnobRefusal> {
         use std::mem::replace;
         let kind = knob.kind();
         self.has_times |= kind.sets(TickTiming::Start) || kind.sets(TickTiming::Duration);
@@ -393,7 +393,7 @@ impl Task {
                 self.stamp(member, plan);
                 before.unwrap_or_default().error.to_string()
             }
-            _ => return Err(Refusal::NotFor(knob.to_string(), "node")),
+            _ => return Err(KnobRefusal::NotFor(knob.to_string(), "node")),
         })
     }
 

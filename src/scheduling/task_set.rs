@@ -17,7 +17,7 @@ use super::{
     task::Task,
 };
 use crate::{
-    control::{knob::Knob, refusal::Refusal},
+    control::{knob::Knob, refusal::KnobRefusal},
     node::Job,
     sync::Arc,
     time::Time,
@@ -62,7 +62,7 @@ impl Scheduler {
     }
 
     /// Checks that the schedule of a node has this knob, and that its value is complete.
-    pub(crate) fn check(&self, member: usize, knob: &Knob) -> Result<(), Refusal> {
+    pub(crate) fn check(&self, member: usize, knob: &Knob) -> Result<(), KnobRefusal> {
         match self {
             Self::Own(own) => own.check(knob),
             Self::Ordered(ordered) => ordered.check(member, knob),
@@ -75,7 +75,7 @@ impl Scheduler {
         member: usize,
         knob: &Knob,
         plan: &mut Timetable<'_>,
-    ) -> Result<String, Refusal> {
+    ) -> Result<String, KnobRefusal> {
         match self {
             Self::Own(own) => own.set(knob, plan),
             Self::Ordered(ordered) => ordered.set(member, knob, plan),

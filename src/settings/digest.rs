@@ -5,7 +5,7 @@ use std::{fmt, str::FromStr};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-use super::error::SettingError;
+use thiserror::Error;
 
 /// The SHA-256 of a file's content; as text, 64 hexadecimal digits.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -32,10 +32,10 @@ impl fmt::Debug for Digest {
 }
 
 impl FromStr for Digest {
-    type Err = SettingError;
+    type Err = DigestError;
 
-    fn from_str(text: &str) -> Result<Self, SettingError> {
-        let refused = || SettingError::Digest(text.to_owned());
+    fn from_str(text: &str) -> Result<Self, DigestError> {
+        let refused = || DigestError(text.to_owned());
         let digits = text.as_bytes();
         if digits.len() != 64 {
             return Err(refused());
@@ -50,9 +50,9 @@ impl FromStr for Digest {
 }
 
 impl TryFrom<String> for Digest {
-    type Error = SettingError;
+    type Error = DigestError;
 
-    fn try_from(text: String) -> Result<Self, SettingError> {
+    fn try_from(text: String) -> Result<Self, DigestError> {
         text.parse()
     }
 }
@@ -62,3 +62,8 @@ impl From<Digest> for String {
         digest.to_string()
     }
 }
+
+/// A text that is not a digest.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{0:?} is not a SHA-256: expected 64 hexadecimal digits")]
+pub struct DigestError(String);

@@ -2,8 +2,21 @@
 
 use thiserror::Error;
 
-use super::{link, local_clock, matching};
+use super::digest::{Digest, DigestError};
 use crate::{millis::MillisError, qos::DepthError};
+
+/// The largest offset of a clock (ms): eleven and a half days.
+pub(super) const MAX_OFFSET_MS: f64 = 1e9;
+
+/// The largest drift of a clock (ppm): half or one and a half times the speed.
+pub(super) const MAX_DRIFT_PPM: f64 = 500_000.0;
+
+/// The longest mean length of a burst (messages).
+pub(super) const MAX_BURST: f64 = 1e9;
+
+/// The accepted texts of a link.
+const LINK: &str = "expected none, or parts with commas in between: delay:MS, delay:A..B, \
+    delay:lognormal:MEDIAN,P99, in-order, loss:P, burst:P,N, reliable:MS";
 
 /// A text that is not a valid setting: what is wrong with it, and what is expected.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -12,8 +25,8 @@ pub enum SettingError {
     #[error(transparent)]
     Millis(#[from] MillisError),
     /// Not a SHA-256.
-    #[error("{0:?} is not a SHA-256: expected 64 hexadecimal digits")]
-    Digest(String),
+    #[error(transparent)]
+    Digest(#[from] DigestError),
     /// Not a random duration.
     #[error(
         "{0:?} is not a duration: expected milliseconds such as 30, 60..110, lognormal:30,90, \
@@ -43,29 +56,29 @@ pub enum SettingError {
         /// The file.
         file: String,
         /// The digest of its durations when they were first read.
-        expected: super::digest::Digest,
+        expected: Digest,
         /// Their digest now.
-        found: super::digest::Digest,
+        found: Digest,
     },
     /// Not the error of a clock.
     #[error(
         "{0:?} is not a clock error: expected OFFSET_MS DRIFT_PPM, up to {ms} ms and {ppm} ppm \
          either way, or OFFSET_MS DRIFT_PPM STEP_MS",
-        ms = local_clock::MAX_MS,
-        ppm = local_clock::MAX_PPM
+        ms = MAX_OFFSET_MS,
+        ppm = MAX_DRIFT_PPM
     )]
     Clock(String),
     /// Not an overrun policy.
     #[error("{0:?} is not an overrun policy: expected skip, catch-up or queue:N")]
     Overrun(String),
     /// Not a part of a link.
-    #[error("{0:?} is not a part of a link: {expected}", expected = link::EXPECTED)]
+    #[error("{0:?} is not a part of a link: {LINK}")]
     LinkPart(String),
     /// A part that a link has already.
-    #[error("{0} is there twice: {expected}", expected = link::EXPECTED)]
+    #[error("{0} is there twice: {LINK}")]
     LinkPartTwice(String),
     /// Not the delay of a link.
-    #[error("{0:?} is not a delay: {expected}", expected = link::EXPECTED)]
+    #[error("{0:?} is not a delay: {LINK}")]
     Delay(String),
     /// Not a probability.
     #[error("{0:?} is not a probability: expected 0 to 1")]
@@ -76,14 +89,17 @@ pub enum SettingError {
     /// Not a mean length of bursts.
     #[error(
         "{0:?} is not a mean length of bursts: expected 1 to {max} messages",
-        max = link::MAX_BURST
+        max = MAX_BURST
     )]
     BurstLength(String),
     /// A link that sends lost messages again, and loses all.
     #[error("a reliable link never delivers at loss:1: expected less than 1")]
     NeverDelivers,
     /// Not a way to match messages.
-    #[error("{0:?} is not a way to match messages: {expected}", expected = matching::EXPECTED)]
+    #[error(
+        "{0:?} is not a way to match messages: expected each, exact:QUEUE, approximate:QUEUE or \
+         approximate:QUEUE:MS"
+    )]
     Match(String),
     /// A match with a queue that is not a queue depth.
     #[error("{0:?} is not a way to match messages: {1}")]

@@ -2,12 +2,11 @@
 
 use std::{fmt, str::FromStr, time::Duration};
 
-use super::{draw::Draw, error::SettingError};
+use super::{
+    draw::Draw,
+    error::{MAX_BURST, SettingError},
+};
 use crate::millis;
-
-/// The accepted texts.
-pub(super) const EXPECTED: &str = "expected none, or parts with commas in between: delay:MS, delay:A..B, \
-    delay:lognormal:MEDIAN,P99, in-order, loss:P, burst:P,N, reliable:MS";
 
 /// A part of a link as text.
 struct LinkPart {
@@ -57,9 +56,6 @@ static PARTS: [LinkPart; 5] = [
         value: |link| Some(millis::to_millis(link.reliable?).to_string()),
     },
 ];
-
-/// The longest mean length of a burst (messages).
-pub(super) const MAX_BURST: f64 = 1e9;
 
 /// A model of message transport: delay, order and loss. As text `none`, or
 /// comma-separated parts, each at most once: `delay:30`, `delay:5..40` or

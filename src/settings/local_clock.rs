@@ -2,17 +2,11 @@
 
 use std::{fmt, str::FromStr, time::Duration};
 
-use super::error::SettingError;
+use super::error::{MAX_DRIFT_PPM, MAX_OFFSET_MS, SettingError};
 use crate::time::Time;
 
 /// A drift of one, in units of 10⁻¹².
 const ONE: i128 = 1_000_000_000_000;
-
-/// The largest offset (ms): eleven and a half days.
-pub(super) const MAX_MS: f64 = 1e9;
-
-/// The largest drift (ppm): half or one and a half times the speed.
-pub(super) const MAX_PPM: f64 = 500_000.0;
 
 /// The longest step (ms).
 const MAX_STEP_MS: f64 = 1e6;
@@ -81,8 +75,8 @@ impl ClockError {
 
     fn from_words(offset: &str, drift: &str, step: &str) -> Option<Self> {
         Some(Self {
-            offset: millionths(offset, MAX_MS)?,
-            drift: millionths(drift, MAX_PPM)?,
+            offset: millionths(offset, MAX_OFFSET_MS)?,
+            drift: millionths(drift, MAX_DRIFT_PPM)?,
             step: millionths(step, MAX_STEP_MS)?,
         })
     }

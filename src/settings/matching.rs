@@ -34,10 +34,6 @@ pub enum Match {
     },
 }
 
-/// The accepted texts.
-pub(super) const EXPECTED: &str =
-    "expected each, exact:QUEUE, approximate:QUEUE or approximate:QUEUE:MS";
-
 impl fmt::Display for Match {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

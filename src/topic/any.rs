@@ -3,7 +3,7 @@
 use super::{Topic, link_channel::LinkChannel, message::Payload, transit::Transit};
 use crate::{
     arrival::Arrival,
-    control::{knob::Knob, refusal::Refusal},
+    control::{knob::Knob, refusal::KnobRefusal},
     qos::Depth,
     record::RecordSender,
     time::Time,
@@ -15,8 +15,8 @@ pub(crate) trait AnyTopic: Send {
     /// from run time `now` on; returns the value before.
     ///
     /// # Errors
-    /// [`Refusal`] for a message that is published already, and for a knob of a node.
-    fn set(&self, knob: &Knob, seed: u64, now: Time) -> Result<String, Refusal>;
+    /// [`KnobRefusal`] for a message that is published already, and for a knob of a node.
+    fn set(&self, knob: &Knob, seed: u64, now: Time) -> Result<String, KnobRefusal>;
 
     /// Queue depth.
     fn depth(&self) -> Depth;
@@ -32,7 +32,7 @@ pub(crate) trait AnyTopic: Send {
 }
 
 impl<T: Payload> AnyTopic for Topic<T> {
-    fn set(&self, knob: &Knob, seed: u64, now: Time) -> Result<String, Refusal> {
+    fn set(&self, knob: &Knob, seed: u64, now: Time) -> Result<String, KnobRefusal> {
         match knob {
             Knob::Depth { depth, .. } => return Ok(self.set_depth(*depth, now).to_string()),
             Knob::Read { order, .. } => {

@@ -6,7 +6,7 @@ use std::{
 };
 
 use crate::{
-    control::{knob::Knob, refusal::Refusal},
+    control::{knob::Knob, refusal::KnobRefusal},
     millis,
     settings::{
         chance::Chance,
@@ -112,8 +112,8 @@ impl LinkChannel {
     /// Sets a knob of the topic; returns the value before.
     ///
     /// # Errors
-    /// [`Refusal`] for a knob of a node.
-    pub(crate) fn set(&mut self, knob: &Knob) -> Result<String, Refusal> {
+    /// [`KnobRefusal`] for a knob of a node.
+    pub(crate) fn set(&mut self, knob: &Knob) -> Result<String, KnobRefusal> {
         match knob {
             Knob::Link { link, .. } => {
                 // It begins without a burst.
@@ -128,7 +128,7 @@ impl LinkChannel {
                 let before = self.postpone.insert(*seq, *delay).unwrap_or_default();
                 Ok(format!("{} ms", millis::to_millis(before)))
             }
-            _ => Err(Refusal::NotFor(knob.to_string(), "topic")),
+            _ => Err(KnobRefusal::NotFor(knob.to_string(), "topic")),
         }
     }
 }

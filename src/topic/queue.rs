@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     arrival::Arrival,
-    control::refusal::Refusal,
+    control::refusal::KnobRefusal,
     qos::{Depth, ReadOrder},
     record::{Derived, Head, RecordSender, TickId, TopicRecord},
     shared::Shared,
@@ -134,10 +134,10 @@ impl<T: Payload> Queue<T> {
     }
 
     /// Refuses a message that is already published.
-    pub(super) fn ensure_unpublished(&self, seq: u64) -> Result<(), Refusal> {
+    pub(super) fn ensure_unpublished(&self, seq: u64) -> Result<(), KnobRefusal> {
         let next = self.next_seq;
         if next > seq {
-            Err(Refusal::UnderWay { seq, next })
+            Err(KnobRefusal::UnderWay { seq, next })
         } else {
             Ok(())
         }

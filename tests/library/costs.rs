@@ -95,8 +95,14 @@ fn the_costs_of_a_file_come_in_its_order_again_and_again_or_are_drawn() {
     let column = [ms(30), ms(10), ms(20)];
     let costs = |clock: &mut dyn Clock, at: &str, takes: &str| {
         let (mut graph, topic) = beacon(10.0);
-        let knob = loaded(takes, &column).expect("loaded");
-        let sent = messages(clock, &mut graph, &topic, &format!("{at} {knob}"), 690);
+        let tap = TapHandle::of(&graph).topic(&topic, 1_000);
+        let at = Time::from_secs_f64(at.parse().expect("seconds")).expect("a time");
+        let command = loaded(takes, &column).expect("loaded").into();
+        let (_, mut inbox) = Inbox::new(vec![TimedCommand { at, command }]);
+        clock
+            .run(&mut graph, &mut inbox, at_ms(690))
+            .expect("no fault");
+        let sent = tapped(&tap);
         let costs = sent.iter().map(|message| message.stamp - message.data);
         costs.collect::<Vec<_>>()
     };

@@ -146,7 +146,7 @@ fn an_invalid_knob_is_refused_in_one_line_with_the_accepted_values() {
         link /obs loss:1,reliable:40  | expected less than 1
         link /obs slow                | "slow" is not a part of a link
         link /obs delay:3,,loss:0.1   | "" is not a part of a link
-        link /obs none,loss:0.1       | "none" is no part
+        link /obs none,loss:0.1       | "none" is not a part
         read /obs first               | expected newest or oldest
         lose /obs -1                  | expected lose TOPIC N
         postpone /obs 3               | expected postpone TOPIC N MS

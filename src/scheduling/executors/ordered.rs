@@ -3,7 +3,7 @@
 use crate::{
     control::{
         knob::{Knob, TickTiming},
-        refusal::Refusal,
+        refusal::KnobRefusal,
     },
     node::{Job, JobKind},
     scheduling::{
@@ -291,7 +291,7 @@ impl Ordered {
     }
 
     /// Checks that the schedule of a node has this knob.
-    pub(crate) fn check(&self, member: usize, knob: &Knob) -> Result<(), Refusal> {
+    pub(crate) fn check(&self, member: usize, knob: &Knob) -> Result<(), KnobRefusal> {
         self.tasks[member].check(knob, false)
     }
 
@@ -301,7 +301,7 @@ impl Ordered {
         member: usize,
         knob: &Knob,
         plan: &mut Timetable<'_>,
-    ) -> Result<String, Refusal> {
+    ) -> Result<String, KnobRefusal> {
         let now = plan.now();
         let times = knob.kind().sets(TickTiming::Due);
         // Timers that were due before wait in line.

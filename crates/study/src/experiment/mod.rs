@@ -36,7 +36,7 @@ use std::{
 
 use crossbeam_channel::Sender;
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, Fault, Graph, Head, Inbox, Interrupt, Knob, Refusal,
+    Clock, ClockExit, ClockKind, Command, Fault, Graph, Head, Inbox, Interrupt, Knob, KnobRefusal,
     TimedCommand, TimedKnob, run, sync::lock,
 };
 use ratelab_account::{Observer, Rows, TapHandle};
@@ -224,7 +224,7 @@ impl Experiment {
     ///
     /// # Errors
     /// The reason, with the available alternatives.
-    pub fn check(&self, knob: &Knob) -> Result<(), Refusal> {
+    pub fn check(&self, knob: &Knob) -> Result<(), KnobRefusal> {
         self.graph.check(knob)
     }
 

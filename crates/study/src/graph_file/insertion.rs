@@ -173,7 +173,7 @@ impl Fit<'_> {
             }
             relays.push(ForwardingNode {
                 node: node.name.clone(),
-                release: node.release.clone(),
+                release: node.release,
                 from: input.text.clone(),
                 to: topic.clone(),
             });

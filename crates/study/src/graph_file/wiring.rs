@@ -109,7 +109,7 @@ impl GraphSystem {
         // After the nodes of a system that are due at the same time.
         let before = if alone { 0 } else { 100 };
         let priority = before + node.priority.unwrap_or(index as u32);
-        let (release, stamp) = (node.release.clone(), node.stamp);
+        let (release, stamp) = (node.release, node.stamp);
         builder.released_node(&node.name, release, priority, move |wiring| {
             let triggers = triggers.iter().map(|topic| topic.trigger(wiring));
             let mut inputs: Vec<_> = triggers.map(NodeInput::new).collect();

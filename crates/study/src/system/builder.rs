@@ -3,8 +3,8 @@
 use std::{collections::BTreeMap, sync::Arc};
 
 use ratelab::{
-    Callback, Depth, Executor, Graph, Hz, IntoTickResult, Knob, KnobKind, Node, Payload, Refusal,
-    Release, Tick, Time, TimedKnob, Topic, Wiring,
+    Callback, Depth, Executor, Graph, Hz, IntoTickResult, Knob, KnobKind, KnobRefusal, Node,
+    Payload, Release, Tick, Time, TimedKnob, Topic, Wiring,
 };
 use ratelab_account::{Fields, NamedTopic, RecordedTopic};
 
@@ -375,6 +375,6 @@ impl<'a> Builder<'a> {
     }
 }
 
-fn refused(knob: &Knob, why: Refusal) -> BuildError {
+fn refused(knob: &Knob, why: KnobRefusal) -> BuildError {
     BuildError::Setting(format!("{knob}: {why}"))
 }
