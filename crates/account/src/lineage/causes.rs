@@ -154,7 +154,9 @@ impl Lineage {
     /// When the data of a message began; `None` while the tick that published it is not settled.
     fn beginnings_of(&self, message: MessageId) -> Option<Beginnings> {
         let Some(sent) = self.head(message) else {
-            return Some(Beginnings::new()); // It is forgotten.
+            let newest = self.topics.get(message.topic)?.sent.back();
+            let is_to_come = newest.is_some_and(|newest| newest.seq < message.seq);
+            return (!is_to_come).then(Beginnings::new); // Otherwise it is forgotten.
         };
         let Some(by) = sent.by else {
             return Some(Beginnings::new()); // From outside of the graph.
@@ -186,6 +188,18 @@ impl Lineage {
             }
         }
         Some(all)
+    }
+
+    /// Finds where the data of the newest tick of a node began, if those before it are settled: rows
+    /// nearly always come in an order in which that is so.
+    pub(super) fn settle_newest(&mut self, node: usize) {
+        let newest = self.nodes[node].ticks.len() - 1;
+        if self.nodes[node].settled < newest || matches!(self.way, DataWay::Along(_)) {
+            return;
+        }
+        let beginnings = self.beginnings_behind(&self.nodes[node].ticks[newest]);
+        self.nodes[node].settled += usize::from(beginnings.is_some());
+        self.nodes[node].ticks[newest].beginnings = beginnings;
     }
 
     /// Finds where the data of all ticks began that have come since, as far as the ticks behind

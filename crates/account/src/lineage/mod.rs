@@ -68,6 +68,19 @@ struct TracedNode {
     settled: usize,
 }
 
+/// What is older than that (ns) is kept only if little is: data behind an action are seldom older.
+const KEPT_NS: u64 = 60_000_000_000;
+
+fn is_long_before(oldest: Time, newest: Time) -> bool {
+    newest.as_nanos().saturating_sub(oldest.as_nanos()) > KEPT_NS
+}
+
+/// Whether the oldest item makes room for another one.
+fn is_over<T>(items: &VecDeque<T>, kept: usize, is_old: impl FnOnce(&T) -> bool) -> bool {
+    let is_oldest_old = || items.front().is_some_and(is_old);
+    items.len() >= kept || items.len() >= kept / 8 && is_oldest_old()
+}
+
 /// Time of the sensing that a message was derived from, by the clock of that stamp.
 pub fn sensing_of(head: &Head) -> Time {
     head.origin.unwrap_or(head.stamp)
@@ -142,8 +155,8 @@ impl Lineage {
         lineage
     }
 
-    /// Returns the same lineage with this number of the newest messages and ticks kept
-    /// per topic and node.
+    /// Returns the same lineage with at most this number of the newest messages and ticks kept per
+    /// topic and node: those of the last minute, and at least an eighth of the number.
     #[must_use]
     pub fn keeping(self, kept: usize) -> Self {
         Self { kept, ..self }
@@ -214,16 +227,17 @@ impl Lineage {
     /// Adds a message published to the topic with index `topic`.
     pub fn message(&mut self, topic: usize, head: &Head) {
         if let Some(topic) = self.topics.get_mut(topic) {
-            topic.sent.push_back(*head);
-            if topic.sent.len() > self.kept {
+            let is_old = |oldest: &Head| is_long_before(oldest.at, head.at);
+            if is_over(&topic.sent, self.kept, is_old) {
                 topic.sent.pop_front();
             }
+            topic.sent.push_back(*head);
         }
     }
 
-    /// Adds a tick of the node with index `node`.
-    pub fn tick(&mut self, node: usize, tick: TickRecord) {
-        let Some(node) = self.nodes.get_mut(node) else {
+    /// Adds a tick of the node with this `index`.
+    pub fn tick(&mut self, index: usize, tick: TickRecord) {
+        let Some(node) = self.nodes.get_mut(index) else {
             return;
         };
         let mut reads = Reads::new();
@@ -233,15 +247,17 @@ impl Lineage {
         let before = node.ticks.back().into_iter().flat_map(TracedTick::reads);
         before.for_each(|read| add_read(&mut reads, read));
         node.acts |= tick.push.is_some();
+        let is_old = |oldest: &TracedTick| is_long_before(oldest.tick.at, tick.at);
+        if is_over(&node.ticks, self.kept, is_old) {
+            node.ticks.pop_front();
+            node.settled = node.settled.saturating_sub(1);
+        }
         node.ticks.push_back(TracedTick {
             tick,
             reads,
             beginnings: None,
         });
-        if node.ticks.len() > self.kept {
-            node.ticks.pop_front();
-            node.settled = node.settled.saturating_sub(1);
-        }
+        self.settle_newest(index);
     }
 
     /// Adds an event: a knob may change a queue depth.
