@@ -21,7 +21,7 @@
 //! | order of nodes due together | up to the operating system | by priority, or as their executor has it |
 //! | late ticks | measured; missed periods skipped and counted | only where configured |
 //! | duration of ticks | measured, or as configured | as configured |
-//! | the same run again | from its [`Journal`], to the bit | to the bit |
+//! | the same run again | from its [`Journal`](journal::Journal), to the bit | to the bit |
 //!
 //! A running graph is changed by [`Command`]s alone, and seen by its records: whatever is measured
 //! or copied of a run, a [`Sink`] makes of them.
@@ -53,7 +53,7 @@
 //! | for another | change | as in |
 //! |---|---|---|
 //! | view of a run: figures, copies of messages | a [`Sink`] | `crates/account` |
-//! | clock | a [`Clock`]: it takes the [`TaskSets`] of a graph, and [`Wake`] hears of arrivals | `crates/real-clock`, `crates/replay` |
+//! | clock | a [`Clock`]: it takes the [`TaskSets`](clock::TaskSets) of a graph, and [`Wake`](clock::Wake) hears of arrivals | `crates/real-clock`, `crates/replay` |
 //! | loss or delay of a link | a row of `PARTS` in `settings/link.rs`, and `topic/link_channel.rs` | `delay` there |
 //! | distribution of durations | `settings/draw.rs`: links, costs and lateness have it at once | `Uniform` there |
 //! | order of callbacks in an executor | a file in `scheduling/executors/`, and a row of `KINDS` in `executor.rs` there | `events.rs` |
@@ -105,10 +105,10 @@
 
 mod alternatives;
 mod arrival;
-mod clock;
+pub mod clock;
 mod control;
 mod graph;
-mod journal;
+pub mod journal;
 pub mod millis;
 mod node;
 mod qos;
@@ -123,27 +123,18 @@ mod topic;
 mod trigger;
 
 pub use alternatives::alternatives;
-pub use arrival::{Arrival, Wake};
-pub use clock::{
-    Clock, ClockExit, CoreClaim, LookResult, Obeyed, Outcome, RunError, Supervision, TaskSets,
-    ThreadGroup, VirtualClock, Wall, Worker, note_end, obey_at_rest, run,
-};
+pub use clock::{Clock, ClockExit, RunError, VirtualClock, run};
 pub use control::{
     command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand},
     event::{Event, EventKind},
-    inbox::{Inbox, Interrupt, Received, Wait},
+    inbox::{Inbox, Interrupt},
     knob::{Knob, KnobError, KnobKind, TickTiming, TimedKnob},
     refusal::KnobRefusal,
     state::{RunState, Status},
 };
 pub use graph::{Graph, GraphError, NodeTopology, TopicTopology, Topology, Wiring};
-pub use journal::{
-    AfterEnd, End, Entries, Entry, Following, Journal, LockName, Noter, Operation, ThreadJournal,
-    TurnFollower,
-};
 pub use node::{
-    Fault, Flow, IntoTickResult, JobKind, LastTick, Node, NodeCrash, NodeError, Panicked, Tick,
-    TickResult,
+    Fault, Flow, IntoTickResult, LastTick, Node, NodeCrash, NodeError, Panicked, Tick, TickResult,
 };
 pub use qos::{Depth, DepthError, ReadOrder, ReadOrderError};
 pub use rate::{Rate, hyper_period};

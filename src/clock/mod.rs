@@ -18,6 +18,11 @@ mod virtual_time;
 mod wall;
 mod worker;
 
+pub use crate::{
+    arrival::{Arrival, Wake},
+    control::inbox::{Received, Wait},
+    node::JobKind,
+};
 pub use obey::{Obeyed, Supervision, obey_at_rest};
 pub use shared_schedule::CoreClaim;
 pub use task_sets::{TaskSets, ThreadGroup};

@@ -2,7 +2,7 @@
 //!
 //! | | while the nodes are at rest: in virtual time, in a pause | while they are on threads |
 //! |---|---|---|
-//! | a knob of a node | the clock: [`obey_at_rest`] | a thread of its task set, between two jobs of the node: [`Worker::obey`](crate::Worker::obey) |
+//! | a knob of a node | the clock: [`obey_at_rest`] | a thread of its task set, between two jobs of the node: [`Worker::obey`](crate::clock::Worker::obey) |
 //! | anything else | the clock: [`obey_at_rest`] | the thread that supervises the others: [`Supervision::obey`] |
 //!
 //! All log it, with the value before or the reason for a refusal.

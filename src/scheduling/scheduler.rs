@@ -25,8 +25,8 @@ use crate::{
 /// | `Alarm` | name a job, if the time and the phase are still those that it waits for |
 /// | `Arrived` | note it, and ask for an alarm or a choice; messages are taken when a job is named |
 /// | `Choose` | name a job: an executor chooses here, after all else of the instant |
-/// | `Done` of a [`Tick`](crate::JobKind::Tick) | ask for the alarm of the next one |
-/// | `Done` of a [`Begin`](crate::JobKind::Begin) | ask for an alarm at the end, and name [`End`](crate::JobKind::End) then; with cores of its own the clock does that |
+/// | `Done` of a [`Tick`](crate::clock::JobKind::Tick) | ask for the alarm of the next one |
+/// | `Done` of a [`Begin`](crate::clock::JobKind::Begin) | ask for an alarm at the end, and name [`End`](crate::clock::JobKind::End) then; with cores of its own the clock does that |
 /// | `Done` of an `End` | as of a `Tick` |
 /// | `Crashed`, `Restarted` | forget what it planned; begin anew |
 /// | `Closed` | count due times that have passed during a tick |

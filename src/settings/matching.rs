@@ -9,7 +9,7 @@ use crate::{millis, qos::Depth};
 /// one topic all are the same: every message is the input of a tick.
 ///
 /// The last two follow `message_filters` 6.0.6 (`361e42c`), in which messages are compared
-/// by the stamp of their header: here [`Message::sensed`](ratelab::Message::sensed), which a wrong
+/// by the stamp of their header: here [`Message::sensed`](crate::Message::sensed), which a wrong
 /// clock may have stamped.
 ///
 /// As text `each`, `exact:10`, `approximate:10`, or `approximate:10:2.5` with an interval in

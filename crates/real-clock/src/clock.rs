@@ -3,8 +3,9 @@
 use std::{collections::HashMap, io};
 
 use ratelab::{
-    Clock, ClockExit, ClockKind, CoreClaim, End, Entry, Fault, Graph, Inbox, ThreadGroup, Time,
-    Wait, note_end, obey_at_rest,
+    Clock, ClockExit, ClockKind, Fault, Graph, Inbox, Time,
+    clock::{CoreClaim, ThreadGroup, Wait, note_end, obey_at_rest},
+    journal::{End, Entry},
     sync::{Arc, spawn_named, thread},
 };
 

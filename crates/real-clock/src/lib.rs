@@ -2,7 +2,7 @@
 //!
 //! A node has a thread of its own, or those of its executor. Each sleeps to absolute deadlines,
 //! measures how late it is, and asks the schedule of its task set for work by the rules of virtual
-//! time; see [`ratelab::Worker`]. What its clock answers goes into the journal of the run, so that
+//! time; see [`ratelab::clock::Worker`]. What its clock answers goes into the journal of the run, so that
 //! the run can be executed again.
 //!
 //! | file | idea |

@@ -1,7 +1,8 @@
 //! Wakes the threads of the real clock before their deadlines.
 
 use ratelab::{
-    Arrival, Command, ThreadGroup, Time, Wake, Wall,
+    Command, Time,
+    clock::{Arrival, ThreadGroup, Wake, Wall},
     sync::{Arc, Condvar, Instant, Mutex, MutexGuard, lock, spin, wait_timeout},
 };
 

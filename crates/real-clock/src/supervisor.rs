@@ -3,8 +3,10 @@
 use crossbeam_channel::Receiver;
 
 use ratelab::{
-    ClockExit, ClockKind, Command, End, Entries, Entry, Fault, Graph, Inbox, Received, RunState,
-    Supervision, Time, Wall, sync::Arc,
+    ClockExit, ClockKind, Command, Fault, Graph, Inbox, RunState, Time,
+    clock::{Received, Supervision, Wall},
+    journal::{End, Entries, Entry},
+    sync::Arc,
 };
 
 use crate::mailbox::Post;

@@ -8,7 +8,9 @@ use std::{collections::BTreeSet, mem::take, time::Duration};
 
 use crossbeam_channel::Sender;
 use ratelab::{
-    AfterEnd, Command, Entries, Entry, JobKind, RunState, Time, Wall, Worker,
+    Command, RunState, Time,
+    clock::{JobKind, Wall, Worker},
+    journal::{AfterEnd, Entries, Entry},
     sync::{Arc, Mutex, lock},
 };
 

@@ -2,7 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use ratelab::{End, Entry, LockName, Operation, Time};
+use ratelab::{
+    Time,
+    journal::{End, Entry, LockName, Operation},
+};
 
 use super::log::LogError;
 

@@ -2,7 +2,11 @@
 
 use std::time::Duration;
 
-use ratelab::{Entry, Operation, Time, sync::Arc};
+use ratelab::{
+    Time,
+    journal::{Entry, Operation},
+    sync::Arc,
+};
 
 /// An entry of a thread, with what follows from those before it.
 #[derive(Debug)]

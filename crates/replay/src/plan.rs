@@ -12,7 +12,11 @@ use std::{
     ops::Range,
 };
 
-use ratelab::{LockName, Operation, Time, sync::Arc};
+use ratelab::{
+    Time,
+    journal::{LockName, Operation},
+    sync::Arc,
+};
 
 use super::{entry::LoggedEntry, log::LogError};
 

@@ -7,8 +7,9 @@ use std::{
 };
 
 use ratelab::{
-    ClockExit, Command, End, Entries, Entry, Fault, Following, Obeyed, Outcome, RunState,
-    Supervision, TaskSets, Time, Worker,
+    ClockExit, Command, Fault, RunState, Time,
+    clock::{Obeyed, Outcome, Supervision, TaskSets, Worker},
+    journal::{End, Entries, Entry, Following},
     sync::{Arc, spawn_named, thread},
 };
 

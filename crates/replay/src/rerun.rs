@@ -3,8 +3,10 @@
 use std::collections::{BTreeSet, VecDeque};
 
 use ratelab::{
-    Arrival, Clock, ClockExit, ClockKind, Command, End, Entries, Entry, Event, EventKind, Fault,
-    Graph, Inbox, Obeyed, Time, Topology, Wake, note_end, obey_at_rest, sync::Arc,
+    Clock, ClockExit, ClockKind, Command, Event, EventKind, Fault, Graph, Inbox, Time, Topology,
+    clock::{Arrival, Obeyed, Wake, note_end, obey_at_rest},
+    journal::{End, Entries, Entry},
+    sync::Arc,
 };
 
 use super::{

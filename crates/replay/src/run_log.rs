@@ -3,7 +3,8 @@
 use std::{any::Any, collections::BTreeMap};
 
 use ratelab::{
-    Entry, Journal, LockName, Operation, RunState, ThreadJournal,
+    RunState,
+    journal::{Entry, Journal, LockName, Operation, ThreadJournal},
     sync::{
         Arc, Mutex,
         atomic::{AtomicUsize, Ordering},

@@ -2,7 +2,10 @@
 
 use std::cell::Cell;
 
-use ratelab::{LockName, Operation, TurnFollower, sync::Arc};
+use ratelab::{
+    journal::{LockName, Operation, TurnFollower},
+    sync::Arc,
+};
 
 use super::watch::Watch;
 

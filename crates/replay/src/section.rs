@@ -2,7 +2,11 @@
 
 use std::{collections::BTreeSet, iter::Peekable, vec::IntoIter};
 
-use ratelab::{End, Entry, Event, EventKind, Operation, Time, sync::Arc};
+use ratelab::{
+    Event, EventKind, Time,
+    journal::{End, Entry, Operation},
+    sync::Arc,
+};
 
 use super::{
     coder::Coder,
