@@ -11,6 +11,8 @@ pub(super) struct Matcher(Rule);
 
 #[derive(Clone, Debug)]
 enum Rule {
+    /// Of one topic each message is a set.
+    Single,
     Stamped(Stamped),
     Approximate(Approximate),
 }
@@ -19,6 +21,7 @@ impl Matcher {
     /// A matcher for messages of so many `inputs`, none of which has come.
     pub(super) fn new(matching: Match, inputs: usize) -> Self {
         Self(match matching {
+            _ if inputs == 1 => Rule::Single,
             Match::Each => Rule::Stamped(Stamped::new(inputs, None)),
             Match::Exact { queue } => Rule::Stamped(Stamped::new(inputs, Some(queue.get()))),
             Match::Approximate { queue, interval } => {
@@ -35,6 +38,7 @@ impl Matcher {
         sets: &mut VecDeque<MessageSet>,
     ) {
         match &mut self.0 {
+            Rule::Single => sets.push_back(vec![taken.seq]),
             Rule::Stamped(stamped) => sets.extend(stamped.add(input, taken)),
             Rule::Approximate(approximate) => approximate.add(input, taken, sets),
         }
@@ -43,6 +47,7 @@ impl Matcher {
     /// The first message of an input that may still be needed.
     pub(super) fn needs_from(&self, input: usize) -> Option<u64> {
         match &self.0 {
+            Rule::Single => None,
             Rule::Stamped(stamped) => stamped.needs_from(input),
             Rule::Approximate(approximate) => approximate.needs_from(input),
         }

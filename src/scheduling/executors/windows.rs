@@ -7,8 +7,6 @@
 //! is ready in free groups, and tries once more. With one thread this is
 //! `SingleThreadedExecutor`.
 
-use std::collections::BTreeSet;
-
 use super::{
     callback::Callback,
     ordered::{Call, CallbackOrder, TaskSetView},
@@ -23,9 +21,27 @@ pub(crate) struct WindowOrder {
     /// The mutually exclusive group of each node, by its first node.
     groups: Vec<usize>,
     /// The callbacks that are ready now.
-    ready: BTreeSet<Call>,
+    ready: CallSet,
     /// Those that were ready at the last look, and were not yet served.
-    window: BTreeSet<Call>,
+    window: CallSet,
+}
+
+/// Calls in their order. There are few, so a list is quicker than a tree.
+#[derive(Debug, Default)]
+struct CallSet(Vec<Call>);
+
+impl CallSet {
+    fn insert(&mut self, call: Call) {
+        if let Err(place) = self.0.binary_search(&call) {
+            self.0.insert(place, call);
+        }
+    }
+
+    fn remove(&mut self, call: Call) {
+        if let Ok(place) = self.0.binary_search(&call) {
+            self.0.remove(place);
+        }
+    }
 }
 
 impl WindowOrder {
@@ -38,27 +54,29 @@ impl WindowOrder {
         Self {
             threads,
             groups: groups.collect(),
-            ready: BTreeSet::new(),
-            window: BTreeSet::new(),
+            ready: CallSet::default(),
+            window: CallSet::default(),
         }
     }
 
     /// Takes the first callback of a free group out of the window, and drops the messages before
     /// it.
     fn take(&mut self, running: &[usize]) -> Option<Call> {
-        let mut window = self.window.iter().copied();
+        let mut window = self.window.0.iter().copied();
         let next = window.find(|call| is_free(&self.groups, *call, running))?;
         let is_timer = |call: &Call| matches!(call, Call::Timer { .. });
         self.window
+            .0
             .retain(|call| *call > next || is_timer(call) && *call != next);
         Some(next)
     }
 
     /// Looks up what is ready in free groups.
     fn look(&mut self, running: &[usize]) {
-        let ready = self.ready.iter().copied();
+        let ready = self.ready.0.iter().copied();
         let free = ready.filter(|call| is_free(&self.groups, *call, running));
-        self.window = free.collect();
+        self.window.0.clear();
+        self.window.0.extend(free);
     }
 }
 
@@ -96,7 +114,7 @@ impl CallbackOrder for WindowOrder {
             self.take(running)
         })?;
         if let Call::Timer { .. } = call {
-            self.ready.remove(&call);
+            self.ready.remove(call);
         }
         Some(call)
     }
@@ -110,18 +128,18 @@ impl CallbackOrder for WindowOrder {
         if let Some(trigger) = &task_set.tasks[member].trigger {
             let inputs = 0..trigger.inputs();
             for input in inputs.filter(|input| trigger.oldest_of(*input, now).is_none()) {
-                self.ready.remove(&Call::Message { member, input });
+                self.ready.remove(Call::Message { member, input });
             }
         }
     }
 
     fn forget(&mut self, member: usize) {
-        self.ready.retain(|ready| ready.member() != member);
-        self.window.retain(|ready| ready.member() != member);
+        self.ready.0.retain(|ready| ready.member() != member);
+        self.window.0.retain(|ready| ready.member() != member);
     }
 
     fn reschedule(&mut self, member: usize) {
-        self.ready.remove(&Call::Timer { member });
-        self.window.remove(&Call::Timer { member });
+        self.ready.remove(Call::Timer { member });
+        self.window.remove(Call::Timer { member });
     }
 }

@@ -9,10 +9,10 @@ use super::{Experiment, over_time::AgeOverTime};
 use crate::system::System;
 
 /// Number of messages and ticks that may wait to be counted.
-pub(super) const BACKLOG: usize = 16_384;
+pub(super) const BACKLOG: usize = 4_096;
 
 /// Number of messages and ticks after which their ages are counted.
-const BATCH: usize = 4_096;
+const BATCH: usize = 2_048;
 
 /// Messages and ticks kept per topic and node.
 const KEPT: usize = 1 << 14;
