@@ -30,8 +30,9 @@ pub trait Sink: Any + Send + Sync {
 /// What a node did, or what happened to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NodeRecord {
-    /// It begins a tick that lasts: one that takes run time. Others are over as they begin.
-    Began,
+    /// It begins a tick that lasts, at this run time: one that takes run time. Others are over as they
+    /// begin.
+    Began(Time),
     /// A tick that lasted is over.
     Ended,
     /// A tick with its measurements, once these are known.

@@ -153,7 +153,7 @@ impl NodeSlot {
     fn tick(&mut self, now: Time, lasts: bool) -> TickResult {
         self.tick.begin(now, false);
         if lasts {
-            self.record_begin();
+            self.record_begin(now);
         }
         let outcome = self.unless_panicked(|node, tick| {
             let flow = node.tick(tick)?;
@@ -169,7 +169,7 @@ impl NodeSlot {
     /// Begins a tick that takes time: its messages wait for the end.
     fn begin_lasting(&mut self, now: Time, lateness: Option<Duration>) -> TickResult {
         self.tick.begin(now, true);
-        self.record_begin();
+        self.record_begin(now);
         let outcome = self.unless_panicked(|node, tick| node.tick(tick));
         let flow = match &outcome {
             Ok(flow) => *flow,
@@ -237,8 +237,8 @@ impl NodeSlot {
         }
     }
 
-    fn record_begin(&self) {
-        self.ends.records.node(|| NodeRecord::Began);
+    fn record_begin(&self, now: Time) {
+        self.ends.records.node(|| NodeRecord::Began(now));
     }
 
     fn record_end(&self) {

@@ -578,6 +578,8 @@ fn graph_of(
 struct Records {
     ticks: Vec<Vec<TickRecord>>,
     heads: Vec<Vec<Head>>,
+    /// The ages that the run measured as ticks ended (ms), each with its tick.
+    measured: Vec<(TickId, f64)>,
 }
 
 impl Records {
@@ -622,12 +624,18 @@ fn is_one_number(text: &str, path: &[usize], run: &Config) -> Result<usize, Test
     let mut records = Records {
         ticks: vec![Vec::new(); topology.nodes.len()],
         heads: vec![Vec::new(); topology.topics.len()],
+        measured: Vec::new(),
     };
+    let chains = topology.topic(CHAINS);
     for row in tap.items() {
         match row {
-            RunRow::Message(topic, head, _) => {
+            RunRow::Message(topic, head, numbers) => {
                 lineage.message(topic, &head);
                 records.heads[topic].push(head);
+                if chains == Some(topic) {
+                    let by = head.by.expect("a tick");
+                    records.measured.push((by, numbers[2]));
+                }
             }
             RunRow::Tick(node, tick) => {
                 lineage.tick(node, tick.clone());
@@ -646,15 +654,17 @@ fn is_one_number(text: &str, path: &[usize], run: &Config) -> Result<usize, Test
         // Another tick may end at that instant, too.
         let is_last = records.ticks[path[0]].get(tick.number as usize + 1);
         if path.len() > 1 && is_last.is_none_or(|next| next.ends != Some(ends)) {
-            prop_assert_eq!(
-                sum,
-                Some(ends.since(began).as_nanos()),
-                "at {}\n{}",
-                ends,
-                text
-            );
+            let followed = Some(ends.since(began).as_nanos());
+            prop_assert_eq!(sum, followed, "at {}\n{}", ends, text);
             compared += 1;
         }
+    }
+    for (by, ms) in &records.measured {
+        let ends = records.ticks[by.node][by.number as usize].ends;
+        let (began, ends) = (records.began(path, by.number), ends.expect("it measured"));
+        let followed = began.map(|began| ends.since(began).as_nanos());
+        let known = (!ms.is_nan()).then(|| (ms * 1e6).round() as u128);
+        prop_assert_eq!(known, followed, "at {}\n{}", ends, text);
     }
     Ok(compared)
 }

@@ -8,6 +8,8 @@ use crate::{support::*, table::rows};
 /// The messages of each topic of a run of a graph file, and the ticks of each node.
 struct Played {
     topics: Vec<(String, Rows)>,
+    /// Those with the data ages of its chains.
+    chains: Rows,
     ticks: Vec<Vec<TickRecord>>,
     /// Published, dropped, lost and unmatched messages of each topic.
     counts: Vec<[u64; 4]>,
@@ -24,7 +26,7 @@ fn played(text: &str, seconds: f64) -> Played {
     let of_topics: Vec<_> = topics
         .map(|topic| (taps.rows(&topic.name, ROOM).expect("numbers"), topic.name))
         .collect();
-    let of_nodes = taps.ticks(ROOM);
+    let (of_nodes, of_chains) = (taps.ticks(ROOM), taps.rows(CHAINS, ROOM));
     let summary = experiment.run().expect("no fault");
     let count = |name: &str| {
         let topic = summary.topic(name).expect("a topic");
@@ -50,14 +52,31 @@ fn played(text: &str, seconds: f64) -> Played {
     Played {
         counts: of_topics.iter().map(|(_, name)| count(name)).collect(),
         ticks: ticks.collect(),
+        chains: of_chains.as_ref().map(taken).unwrap_or_default(),
         topics: of_topics
             .into_iter()
-            .map(|(tap, name)| {
-                let mut rows = tap.rows();
-                tap.take(&mut rows);
-                (name, rows)
-            })
+            .map(|(tap, name)| (name, taken(&tap)))
             .collect(),
+    }
+}
+
+/// The messages of a topic.
+fn taken(tap: &RowTap) -> Rows {
+    let mut rows = tap.rows();
+    tap.take(&mut rows);
+    rows
+}
+
+impl Played {
+    /// When the data of each chain began at the end of the tick that published this message of its last
+    /// node (ns).
+    fn begun(&self, sent: &Head) -> Vec<u64> {
+        let mut ends = self.chains.iter();
+        let end = ends.find(|(head, _)| head.by == sent.by);
+        let (_, row) = end.expect("the ages of the tick");
+        let ages = row[2..].iter().step_by(6);
+        ages.map(|ms| sent.at.as_nanos() - (ms * 1e6).round() as u64)
+            .collect()
     }
 }
 
@@ -77,16 +96,20 @@ fn cases() -> Vec<(String, String)> {
 fn header_stamps_and_matches_are_those_of_an_independent_model() {
     for (number, (text, expected)) in cases().into_iter().enumerate() {
         let (mut lines, mut count) = (String::new(), 0);
-        let mut topics = played(&text, 3.0).topics;
+        let mut played = played(&text, 3.0);
         // In the order of the file, in which the node with several triggers is last.
         let place = |topic: &str| text.find(&format!("publishes = [\"{topic}\"]"));
-        topics.sort_by_key(|(topic, _)| place(topic));
-        for (topic, rows) in &topics {
+        played.topics.sort_by_key(|(topic, _)| place(topic));
+        for (topic, rows) in &played.topics {
             for (head, row) in rows.iter() {
                 let stamp = head.origin.expect("a header stamp").as_nanos();
+                // No message has more than that.
+                assert_eq!(row, [stamp as f64], "{topic} of graph {number}");
                 write!(lines, "{topic} {} {stamp}", head.at.as_nanos()).expect("written");
-                let begins = row.iter().filter(|_| topic == "/out");
-                begins.for_each(|begin| write!(lines, " {begin}").expect("written"));
+                if topic == "/out" {
+                    let begun = played.begun(head).into_iter();
+                    begun.for_each(|begun| write!(lines, " {begun}").expect("written"));
+                }
                 lines.push('\n');
                 count += 1;
             }

@@ -132,7 +132,7 @@ impl NodeAccount {
     #[inline]
     pub(crate) fn add(&mut self, record: &NodeRecord) {
         match record {
-            NodeRecord::Began => {
+            NodeRecord::Began(_) => {
                 self.ticks += 1;
                 (self.busy, self.counted) = (true, true);
             }

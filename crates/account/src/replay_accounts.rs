@@ -7,8 +7,8 @@ use std::{
 };
 
 use ratelab::{
-    Command, Event, EventKind, Head, Knob, MessageId, NodeRecord, Push, RunState, Status,
-    TickTimes, Time, TopicRecord, Topology, sync::Arc,
+    Command, Event, EventKind, Head, Knob, NodeRecord, Push, RunState, Status, TickTimes, Time,
+    TopicRecord, Topology, sync::Arc,
 };
 
 use super::{
@@ -258,20 +258,15 @@ impl ReplayQueue {
 
     /// Adds what a `tick` has read.
     fn read(&self, read: &TopicRead, tick: &TickRecord, account: &mut TopicAccount) {
-        let TopicRead {
-            message: MessageId { seq, .. },
-            reader,
-            newest,
-        } = *read;
+        let seq = read.message.seq;
         let place = self.stamps.binary_search_by_key(&seq, |(known, _)| *known);
         if let Ok(place) = place {
-            let (_, stamp) = self.stamps[place];
             account.add(&TopicRecord::Read {
-                reader,
+                reader: read.reader,
                 tick: tick.number,
                 seq,
-                newest,
-                age: tick.at.since(stamp),
+                newest: read.newest,
+                age: tick.at.since(self.stamps[place].1),
             });
         }
     }

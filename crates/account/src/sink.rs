@@ -1,12 +1,12 @@
 //! The sink of a graph that is looked at: accounts, and copies for taps.
 
-use std::any::Any;
+use std::{any::Any, sync::OnceLock};
 
 use ratelab::{Graph, Head, MessageId, NodeRecord, RunState, Sink, TopicRecord, sync::Arc};
 
 use super::{
     accounts::Accounts,
-    node::{NodeAccount, TickCauses, TickRecord, TopicRead},
+    node::{NodeAccount, TickRecord, TopicRead},
     tap::Listeners,
 };
 
@@ -18,6 +18,8 @@ pub(crate) struct AccountSink {
     pub(crate) ticks: Vec<Listeners<Box<TickListener>>>,
     /// Those who listen to each topic.
     pub(crate) topics: Vec<Listeners<Box<MessageListener>>>,
+    /// A sink that gets each record before.
+    pub(crate) first: OnceLock<Arc<dyn Sink>>,
 }
 
 /// Takes a message with its payload; returns `false` once nobody listens any more.
@@ -43,6 +45,7 @@ impl AccountSink {
             ticks: nodes.iter().map(|_| Listeners::default()).collect(),
             topics: topics.iter().map(|_| Listeners::default()).collect(),
             accounts: accounts.into(),
+            first: OnceLock::new(),
         }
     }
 }
@@ -61,30 +64,32 @@ impl AccountSink {
 
 impl Sink for AccountSink {
     fn node(&self, node: usize, record: &NodeRecord) {
+        if let Some(first) = self.first.get() {
+            first.node(node, record);
+        }
         let Some(mut account) = self.accounts.node(node) else {
             return;
         };
         account.add(record);
         if let NodeRecord::Ticked(times) = record {
-            if self.ticks[node].are_any() {
-                let tick = account.newest_tick(times);
-                // The run may wait for a full tap, but not with a lock.
-                drop(account);
-                self.ticks[node].each(|listener| listener(&tick));
-            } else {
-                account.causes = TickCauses::default();
-            }
+            let tick = account.newest_tick(times);
+            // The run may wait for a full tap, but not with a lock.
+            drop(account);
+            self.ticks[node].each(|listener| listener(&tick));
         }
     }
 
     fn topic(&self, topic: usize, record: &TopicRecord<'_>) {
+        if let Some(first) = self.first.get() {
+            first.topic(topic, record);
+        }
         let Some(mut account) = self.accounts.topic(topic) else {
             return;
         };
         account.add(record);
+        drop(account);
         match record {
             TopicRecord::Sent { head, payload, .. } => {
-                drop(account);
                 self.topics[topic].each(|listener| listener(head, *payload));
             }
             &TopicRecord::Read {
@@ -93,7 +98,6 @@ impl Sink for AccountSink {
                 newest,
                 ..
             } => {
-                drop(account);
                 let message = MessageId { topic, seq };
                 let read = TopicRead {
                     message,
@@ -106,12 +110,9 @@ impl Sink for AccountSink {
                 reader,
                 completes: true,
                 ..
-            } => {
-                drop(account);
-                self.cause(topic, reader, |node| {
-                    node.causes.completed = (node.triggers.len() > 1).then_some(topic);
-                });
-            }
+            } => self.cause(topic, reader, |node| {
+                node.causes.completed = (node.triggers.len() > 1).then_some(topic);
+            }),
             _ => {}
         }
     }

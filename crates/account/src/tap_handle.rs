@@ -2,7 +2,7 @@
 
 use std::{any::Any, fmt};
 
-use ratelab::{Graph, Head, Message, Payload, Topic, sync::Arc};
+use ratelab::{Graph, Head, Message, Payload, Sink, Topic, sync::Arc};
 
 use super::{
     node::TickRecord,
@@ -22,6 +22,11 @@ impl TapHandle {
     /// Taps on `graph`.
     pub fn of(graph: &Graph) -> Self {
         Self(AccountSink::of(graph))
+    }
+
+    /// Has one other `sink` get every record from now on.
+    pub fn tell(&self, sink: Arc<dyn Sink>) {
+        let _ = self.0.first.set(sink);
     }
 
     /// Copies every message of `topic` from now on, in a queue of `capacity` messages.

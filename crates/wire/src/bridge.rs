@@ -207,14 +207,14 @@ fn send_and_receive(part: &LocalPart, taps: &Taps) -> Result<(), WireError> {
             inlet.take(&sample.payload().to_bytes())
         })?;
     }
-    for topic in &part.own.topology.topics {
+    for (index, topic) in part.own.topology.topics.iter().enumerate() {
         for node in part.own.senders(topic) {
             let mut known = taps.topics().iter();
             if let Some(known) = known.find(|known| known.name() == topic.name)
                 && let Some(tap) = taps.rows(&topic.name, BACKLOG)
             {
                 let key = keys.data(&node.name, &topic.name);
-                outlet::send(part, key, &**known, tap)?;
+                outlet::send(part, key, &**known, tap, taps.chains(index))?;
             }
         }
     }

@@ -8,6 +8,7 @@ use std::{
 use crossbeam_channel::Sender as Channel;
 use ratelab::{Time, sync::lock};
 use ratelab_account::RowInlet;
+use ratelab_study::system::TopicChains;
 use zenoh::{Session, sample::Sample};
 
 use crate::{
@@ -38,6 +39,7 @@ pub struct Inlet {
     pub(crate) width: usize,
     pub(crate) run_times: RunTimes,
     pub(crate) publish: RowInlet,
+    pub(crate) chains: TopicChains,
     pub(crate) sender: Mutex<Sender>,
     pub(crate) times: Arc<Times>,
     /// For dashboards; what does not fit is left out.
@@ -79,7 +81,8 @@ impl Inlet {
 
     /// Takes in a message in our own format, from anybody.
     pub(crate) fn take(&self, bytes: &[u8]) -> Result<(), Refusal> {
-        let (head, mut row) = packet::decode(bytes, self.width)?;
+        let width = self.width + self.chains.count();
+        let (head, mut row) = packet::decode(bytes, width)?;
         let stamp = self.times.time(head.stamp)?;
         let origin = head.origin.map(|origin| self.times.time(origin));
         let origin = origin.transpose()?;
@@ -115,7 +118,8 @@ impl Inlet {
         known.map(|(_, sent)| sent)
     }
 
-    /// Publishes into the local topic; returns the number of the message there.
+    /// Publishes into the local topic; returns the number of the message there. Behind its numbers may
+    /// be when the data of its chains began.
     pub(crate) fn publish(
         &self,
         row: &[f64],
@@ -123,7 +127,9 @@ impl Inlet {
         stamp: Time,
         origin: Option<Time>,
     ) -> Result<u64, Refusal> {
-        (self.publish)(row, at, stamp, origin).ok_or(Refusal::Content)
+        let (row, begun) = row.split_at(self.width.min(row.len()));
+        let publish = || (self.publish)(row, at, stamp, origin);
+        self.chains.forward(begun, publish).ok_or(Refusal::Content)
     }
 }
 
@@ -166,6 +172,7 @@ mod tests {
             )),
             arrivals: bounded(1).0,
             run_times: RunTimes::default(),
+            chains: TopicChains::default(),
             numbers: Recent::default(),
         };
         let hz = Hz::new(100.0).expect("a rate");

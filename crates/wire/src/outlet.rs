@@ -2,6 +2,7 @@
 
 use ratelab::Head;
 use ratelab_account::{RecordedTopic, RowTap};
+use ratelab_study::system::TopicChains;
 use zenoh::{Wait, qos::Priority};
 
 use crate::{
@@ -38,15 +39,17 @@ pub(crate) fn send(
     key: String,
     topic: &dyn RecordedTopic,
     tap: RowTap,
+    chains: TopicChains,
 ) -> Result<(), WireError> {
-    let run_times = RunTimes::among(topic.fields());
+    let run_times = RunTimes::among(topic.fields(), chains.count());
     let publisher = net::publisher(&part.peers.session, key, Priority::RealTime)?;
     let (incarnation, times) = (part.own.incarnation, part.times.clone());
     for_each(tap, format!("out {}", topic.name()), move |head, row| {
         let Some(stamp) = times.moment(head.stamp) else {
             return;
         };
-        let row = run_times.sent(row, head.stamp);
+        let row = row.iter().copied().chain(chains.begun(head.seq));
+        let row = run_times.sent(row.collect(), head.stamp);
         let head = PacketHead {
             incarnation,
             seq: head.seq,

@@ -11,6 +11,7 @@
 //! | 8 | the clock of the sensing behind it |
 //! | 8 | when that was, by that clock (ns); the least number for none |
 //! | 8 each | the numbers, as doubles; run times among them (ns) count from the publication |
+//! | 8 each | for each chain through the topic, when its data began: a run time like those |
 
 use ratelab::Time;
 use ratelab_study::system::is_run_time;
@@ -38,16 +39,17 @@ const UNKNOWN: f64 = -1e30;
 pub struct RunTimes(Vec<usize>);
 
 impl RunTimes {
-    /// Those of a message with numbers of these names.
-    pub fn among(fields: &[&str]) -> Self {
-        let fields = fields.iter().enumerate();
-        let times = fields.filter(|(_, field)| is_run_time(field));
-        Self(times.map(|(place, _)| place).collect())
+    /// Those of a message with numbers of these names, and with the beginnings of the data of so many
+    /// `chains` behind them.
+    pub fn among(fields: &[&str], chains: usize) -> Self {
+        let named = fields.iter().enumerate();
+        let times = named.filter(|(_, field)| is_run_time(field));
+        let beginnings = fields.len()..fields.len() + chains;
+        Self(times.map(|(place, _)| place).chain(beginnings).collect())
     }
 
     /// The numbers of a message that was published at run time `stamp`, for the wire.
-    pub fn sent(&self, row: &[f64], stamp: Time) -> Vec<f64> {
-        let mut row = row.to_vec();
+    pub fn sent(&self, mut row: Vec<f64>, stamp: Time) -> Vec<f64> {
         for place in &self.0 {
             row[*place] -= stamp.as_nanos() as f64;
             if row[*place].is_nan() {
@@ -184,6 +186,18 @@ mod tests {
              0000000000000080\
              000000000000f03f"
         );
+    }
+
+    #[test]
+    fn run_times_and_the_beginnings_of_chains_go_from_clock_to_clock() {
+        let times = RunTimes::among(&["x (m)", "origin (ns)"], 2);
+        let row = vec![7.0, 400.0, 100.0, f64::NAN];
+        let sent = times.sent(row, Time::from_nanos(500));
+        assert_eq!(sent, [7.0, -100.0, -400.0, UNKNOWN]);
+        let mut received = sent;
+        times.receive(&mut received, 30);
+        assert_eq!(received[..3], [7.0, -70.0, -370.0]);
+        assert!(received[3].is_nan());
     }
 
     #[test]

@@ -91,6 +91,7 @@ fn inlets(
         if !here.is_empty() {
             return refuse("its publishers must run in one process");
         }
+        let chains = taps.chains(index);
         inlets.extend(away.into_iter().map(|node| {
             let silence = node.hz.period() * SILENT_PERIODS;
             Arc::new(Inlet {
@@ -100,7 +101,8 @@ fn inlets(
                 patience: silence.max(LEAST_SILENCE),
                 refused: Refused::default(),
                 width: known.fields().len(),
-                run_times: RunTimes::among(known.fields()),
+                run_times: RunTimes::among(known.fields(), chains.count()),
+                chains: chains.clone(),
                 numbers: Recent::default(),
                 publish: known.inlet(),
                 sender: Mutex::default(),

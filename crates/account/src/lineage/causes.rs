@@ -67,8 +67,8 @@ impl Lineage {
             .flat_map(|(topic, _)| {
                 let sent = &self.topics[topic].sent;
                 let first = sent.partition_point(|sent| sent.at < worked.tick.at);
-                let last = sent.partition_point(|sent| sent.at <= worked.ends());
-                let made = sent.range(first..last.max(first));
+                let made = sent.range(first..);
+                let made = made.take_while(move |sent| sent.at <= worked.ends());
                 made.filter(move |sent| sent.by == by)
                     .map(move |sent| MessageId {
                         topic,

@@ -47,12 +47,13 @@ impl AgeStage {
     /// The name of the node or topic that it is due to; empty for what is before the first known
     /// tick.
     pub fn owner(self, topology: &Topology) -> &str {
+        let place = self.place();
         match self {
             Self::Before => "",
-            Self::Wait(node) | Self::Kept(node) | Self::Executor(node) | Self::Cost(node) => {
-                &topology.nodes[node].name
+            Self::Wait(_) | Self::Kept(_) | Self::Executor(_) | Self::Cost(_) => {
+                &topology.nodes[place].name
             }
-            _ => &topology.topics[self.place()].name,
+            _ => &topology.topics[place].name,
         }
     }
 

@@ -176,6 +176,7 @@ impl Experiment {
         let mut builder = Builder::new(config.seed, &config.setup, config.world);
         (builder.taken, builder.here, builder.answers) = (taken, here, answers);
         system.build(&mut builder)?;
+        let tracker = builder.tracker.take();
         let (mut graph, recorded) = builder.finish(&config.knobs)?;
         graph.set_clock(config.clock);
         graph.set_speed(config.speed);
@@ -185,7 +186,11 @@ impl Experiment {
         let taps = Taps {
             tap_handle: TapHandle::of(&graph),
             topics: recorded,
+            tracker,
         };
+        if let Some(tracker) = &taps.tracker {
+            taps.tap_handle.tell(tracker.clone());
+        }
         RunLog::of(&graph.state());
         Ok(Self {
             cost: watch_cost(&*system, &taps),

@@ -7,6 +7,8 @@ use ratelab_account::{
     NamedTopic, RecordedTopic, RowTap, RunRow, Tap, TapHandle, TapMessage, TickRecord,
 };
 
+use crate::system::{ChainTracker, TopicChains};
+
 /// Taps the recorded topics and the nodes of an experiment, before and during its run,
 /// from any thread.
 ///
@@ -17,9 +19,16 @@ use ratelab_account::{
 pub struct Taps {
     pub(super) tap_handle: TapHandle,
     pub(super) topics: Vec<Arc<dyn RecordedTopic>>,
+    pub(super) tracker: Option<Arc<ChainTracker>>,
 }
 
 impl Taps {
+    /// The chains through the topic with this index in the graph.
+    pub fn chains(&self, topic: usize) -> TopicChains {
+        let tracker = self.tracker.clone();
+        TopicChains { tracker, topic }
+    }
+
     /// The recorded topics, in the order of their creation.
     pub fn topics(&self) -> &[Arc<dyn RecordedTopic>] {
         &self.topics

@@ -2,33 +2,37 @@
 
 use std::sync::Arc;
 
-use ratelab::{Shared, Topic, Wiring};
+use ratelab::{Shared, Time, Topic, Wiring};
 
 use super::{
-    GraphFile, GraphSystem, NodeSpec,
+    GraphSystem, NodeSpec,
     error::Placed,
-    graph_node::{Beginning, ChainEnd, ChainEnds, GraphNode, NodeInput, Output},
+    graph_node::{ChainEnd, ChainEnds, GraphNode, NodeInput},
 };
 use crate::system::{
-    BuildError, Builder, CHAINS, ChainAges, ForwardingNode, Numbers, RecordedTopics, chain_fields,
-    kept_list,
+    BuildError, Builder, CHAINS, ChainAges, ChainTracker, ForwardingNode, Numbers, RecordedTopics,
+    chain_fields, kept_list,
 };
+
+/// Name of the number in the messages of a graph file: the header stamp.
+const STAMPED: &[&str] = &["origin (ns)"];
 
 /// What the nodes share: their topics, and the ages of the chains.
 #[derive(Clone)]
 struct GraphWires {
-    topics: Vec<Topic<Numbers>>,
+    topics: Vec<Topic<f64>>,
+    tracker: Arc<ChainTracker>,
     ages: Arc<Shared<ChainAges>>,
     chains: Topic<Numbers>,
 }
 
 impl GraphWires {
     fn of(system: &GraphSystem, builder: &mut Builder<'_>) -> Self {
-        let mut topics: Vec<Topic<Numbers>> = Vec::new();
+        let mut topics: Vec<Topic<f64>> = Vec::new();
         for name in system.file.published().filter(|name| system.is_own(name)) {
             if topics.iter().all(|known| known.name() != name) {
                 let topic = builder.internal_topic(name);
-                builder.record_as(topic.clone(), system.file.fields(name));
+                builder.record_as(topic.clone(), STAMPED);
                 topics.push(topic);
             }
         }
@@ -42,26 +46,9 @@ impl GraphWires {
         let ages = Arc::new(Shared::new("data ages of chains", ChainAges::new(limits)));
         Self {
             topics,
+            tracker: Arc::default(),
             ages,
             chains,
-        }
-    }
-}
-
-impl GraphFile {
-    /// The numbers of the chains through `topic`.
-    fn through(&self, topic: &str) -> impl Iterator<Item = usize> {
-        let chains = self.chains.iter().enumerate();
-        chains.filter_map(move |(number, chain)| chain.place(topic).map(|_| number))
-    }
-
-    /// Names of the numbers in the messages of `topic`.
-    fn fields(&self, topic: &str) -> &'static [&'static str] {
-        let through = self.through(topic).map(|number| &self.chains[number]);
-        let names = through.map(|spec| format!("{} origin (ns)", spec.chain.name));
-        match kept_list(names) {
-            [] => &["origin (ns)"],
-            names => names,
         }
     }
 }
@@ -86,6 +73,12 @@ impl GraphSystem {
             if self.relays().iter().all(|relay| relay.node != node.name) {
                 self.add_node(builder, index, node, &wires)?;
             }
+        }
+        if !self.chains.is_empty() {
+            wires
+                .tracker
+                .follow(&self.chains, &builder.graph.topology());
+            builder.tracker = Some(wires.tracker);
         }
         Ok(())
     }
@@ -115,92 +108,55 @@ impl GraphSystem {
             let mut inputs: Vec<_> = triggers.map(NodeInput::new).collect();
             let reads = reads.iter().map(|topic| topic.reader(wiring));
             inputs.extend(reads.map(NodeInput::new));
-            let outputs = outputs.iter().map(|(topic, chains)| Output {
-                publisher: wiring.publisher(topic),
-                chains: chains.clone(),
-            });
+            let outputs = outputs.iter().map(|topic| wiring.publisher(topic));
             GraphNode {
                 inputs,
                 outputs: outputs.collect(),
                 stamp,
+                row: Vec::new(),
                 ends: (!ends.is_empty()).then(|| wires.ends(wiring, &ends, alone)),
             }
         })
     }
 
-    /// The topics that `node` publishes, each with the beginnings of the chains through it.
-    fn outputs(
-        &self,
-        node: &NodeSpec,
-        wires: &GraphWires,
-    ) -> Vec<(Topic<Numbers>, Vec<Beginning>)> {
+    /// The topics that `node` publishes.
+    fn outputs(&self, node: &NodeSpec, wires: &GraphWires) -> Vec<Topic<f64>> {
         let outputs = node.publishes.iter().filter_map(|Placed { text, .. }| {
             let mut topics = wires.topics.iter();
-            let topic = topics.find(|topic| topic.name() == text)?;
-            let chains = self.file.through(text);
-            let chains = chains.map(|chain| self.beginning(node, chain, Some(text)));
-            Some((topic.clone(), chains.collect()))
+            topics.find(|topic| topic.name() == text).cloned()
         });
         outputs.collect()
     }
 
-    /// The chains that end at `node`.
-    fn ends(&self, node: &NodeSpec) -> Vec<EndOf> {
+    /// The numbers and the names of the chains that end at `node`.
+    fn ends(&self, node: &NodeSpec) -> Vec<(usize, &'static str)> {
         let ends = self.chains.iter().enumerate();
         let ends = ends.filter(|(_, chain)| chain.last() == node.name);
-        ends.map(|(at, chain)| (at, chain.name, self.beginning(node, at, None)))
-            .collect()
-    }
-
-    /// Where `node` takes the beginning of chain number `chain` from, for its output to
-    /// `next`, or at the end of the chain.
-    fn beginning(&self, node: &NodeSpec, chain: usize, next: Option<&str>) -> Beginning {
-        let spec = &self.file.chains[chain];
-        let Some(place) = spec.place(&node.name) else {
-            return Beginning::Elsewhere;
-        };
-        if next.is_some_and(|next| spec.place(next) != Some(place + 1)) {
-            return Beginning::Elsewhere;
-        }
-        let Some(before) = place.checked_sub(1) else {
-            return Beginning::Tick;
-        };
-        let before = &spec.path[before].text;
-        let mut reads = node.inputs();
-        let Some(input) = reads.position(|topic| topic.text == *before) else {
-            return Beginning::Elsewhere;
-        };
-        if !self.is_own(before) {
-            return Beginning::Sensing { input };
-        }
-        let place = self
-            .file
-            .through(before)
-            .take_while(|other| *other != chain);
-        let place = place.count();
-        Beginning::Number { input, place }
+        ends.map(|(number, chain)| (number, chain.name)).collect()
     }
 }
-
-/// A chain that ends at a node: number, name, and beginning of the data.
-type EndOf = (usize, &'static str, Beginning);
 
 impl GraphWires {
     /// What the chains with these ends take. A system in the middle measures itself what it does:
     /// the nodes are `alone` without one.
-    fn ends(&self, wiring: &mut Wiring<'_>, ends: &[EndOf], alone: bool) -> ChainEnds {
-        let chains = ends.iter().map(|(number, name, beginning)| ChainEnd {
+    fn ends(
+        &self,
+        wiring: &mut Wiring<'_>,
+        ends: &[(usize, &'static str)],
+        alone: bool,
+    ) -> ChainEnds {
+        let chains = ends.iter().map(|(number, name)| ChainEnd {
             number: *number,
-            beginning: *beginning,
             meter: wiring.meter(name),
-            begun: None,
         });
         let chains: Vec<_> = chains.collect();
         ChainEnds {
             acts: alone && chains.iter().any(|chain| chain.number == 0),
             chains,
+            tracker: self.tracker.clone(),
             ages: self.ages.clone(),
             publisher: wiring.publisher(&self.chains),
+            began: Time::ZERO,
         }
     }
 }

@@ -8,7 +8,7 @@ use ratelab::{
 };
 use ratelab_account::{Fields, NamedTopic, RecordedTopic};
 
-use super::{BuildError, Setup, SharedWorld, World, WorldKind};
+use super::{BuildError, ChainTracker, Setup, SharedWorld, World, WorldKind};
 
 /// Name of the node of a plant that moves by itself.
 pub const WORLD: &str = "world";
@@ -43,6 +43,8 @@ pub struct Builder<'a> {
     pub(crate) here: Option<&'a [String]>,
     /// Whether nodes may be in the graph that the builder does not know.
     is_open: bool,
+    /// What follows the data of its chains.
+    pub(crate) tracker: Option<Arc<ChainTracker>>,
 }
 
 /// A node between a topic and its reader, which forwards the newest message with the time
@@ -81,6 +83,7 @@ impl<'a> Builder<'a> {
             offered: Vec::new(),
             here: None,
             is_open: false,
+            tracker: None,
         }
     }
 
