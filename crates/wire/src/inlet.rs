@@ -18,7 +18,7 @@ use crate::{
     recent::Recent,
     refusal::{Refusal, Refused},
     sender::{MessageSource, Sender},
-    telemetry::ReceivedMessage,
+    telemetry::SentMessage,
     times::Times,
 };
 
@@ -43,18 +43,9 @@ pub struct Inlet {
     pub(crate) sender: Mutex<Sender>,
     pub(crate) times: Arc<Times>,
     /// For dashboards; what does not fit is left out.
-    pub(crate) arrivals: Channel<ReceivedMessage>,
-    /// The numbers of messages here, and at which sender they had which.
-    pub(crate) numbers: Recent<u64, SentNumber>,
-}
-
-/// The number of a message at its sender.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct SentNumber {
-    /// The process that sent it.
-    pub(crate) incarnation: u64,
-    /// Position in the topic's history there.
-    pub(crate) seq: u64,
+    pub(crate) arrivals: Channel<(SentMessage, Time)>,
+    /// The numbers of messages here, and what they are at their senders.
+    pub(crate) numbers: Recent<u64, SentMessage>,
 }
 
 impl Inlet {
@@ -93,14 +84,13 @@ impl Inlet {
         self.run_times
             .receive(&mut row, self.times.passed(head.stamp)?);
         let here = self.publish(&row, at, stamp, origin)?;
-        let (incarnation, seq) = (head.incarnation, head.seq);
-        self.numbers.keep(here, SentNumber { incarnation, seq });
-        let _ = self.arrivals.try_send(ReceivedMessage {
+        let message = SentMessage {
             topic: self.topic,
-            incarnation,
-            seq,
-            at,
-        });
+            incarnation: head.incarnation,
+            seq: head.seq,
+        };
+        self.numbers.keep(here, message);
+        let _ = self.arrivals.try_send((message, at));
         Ok(())
     }
 
@@ -113,7 +103,7 @@ impl Inlet {
     }
 
     /// What message number `seq` of the local topic is at its sender.
-    pub(crate) fn sent_number(&self, seq: u64) -> Option<SentNumber> {
+    pub(crate) fn sent_message(&self, seq: u64) -> Option<SentMessage> {
         let known = self.numbers.find(|here, _| *here == seq);
         known.map(|(_, sent)| sent)
     }

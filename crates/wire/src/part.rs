@@ -6,6 +6,7 @@ use std::{
 };
 
 use crossbeam_channel::Sender;
+use ratelab::Time;
 use ratelab_study::experiment::{Experiment, Taps};
 
 use crate::{
@@ -17,7 +18,7 @@ use crate::{
     recent::Recent,
     refusal::Refused,
     session::Settings,
-    telemetry::{Info, ReceivedMessage},
+    telemetry::{Info, SentMessage},
     times::Times,
 };
 
@@ -45,7 +46,7 @@ impl LocalPart {
         settings: &Settings,
         experiment: &Experiment,
         here: &[String],
-        arrivals: &Sender<ReceivedMessage>,
+        arrivals: &Sender<(SentMessage, Time)>,
     ) -> Result<Arc<Self>, WireError> {
         let offsets = Arc::default();
         let mut own = Info::of(experiment, here);
@@ -75,7 +76,7 @@ fn inlets(
     own: &Info,
     taps: &Taps,
     times: &Arc<Times>,
-    arrivals: &Sender<ReceivedMessage>,
+    arrivals: &Sender<(SentMessage, Time)>,
 ) -> Result<Vec<Arc<Inlet>>, WireError> {
     let mut inlets = Vec::new();
     for (index, topic) in own.topology.topics.iter().enumerate() {

@@ -3,20 +3,17 @@
 use std::{sync::Arc, time::Duration};
 
 use crossbeam_channel::Receiver;
-use ratelab::{Derived, MessageId};
+use ratelab::{Derived, MessageId, Time};
 use ratelab_account::{RowTap, Rows, Tap, TickRecord};
 use ratelab_study::experiment::Taps;
 use zenoh::{Wait, pubsub::Publisher, qos::Priority};
 
 use crate::{
     error::WireError,
-    inlet::SentNumber,
     key::Of,
     net,
     part::LocalPart,
-    telemetry::{
-        Batch, PublishedMessage, Read, ReceivedMessage, SentMessage, SentTick, TopicCounts,
-    },
+    telemetry::{Batch, PublishedMessage, Read, SentMessage, SentTick, TopicCounts},
     threads::Beat,
 };
 
@@ -33,7 +30,7 @@ const MOST: usize = 128;
 pub(crate) struct Reporter {
     part: Arc<LocalPart>,
     taps: Taps,
-    arrived: Receiver<ReceivedMessage>,
+    arrived: Receiver<(SentMessage, Time)>,
 }
 
 /// The taps while a dashboard is there.
@@ -49,7 +46,7 @@ impl Reporter {
     pub(crate) fn begin(
         part: &Arc<LocalPart>,
         taps: Taps,
-        arrived: Receiver<ReceivedMessage>,
+        arrived: Receiver<(SentMessage, Time)>,
     ) -> Result<Beat, WireError> {
         let key = part.peers.keys.of(part.own.incarnation, Of::TELEMETRY);
         let publisher = net::publisher(&part.peers.session, key, Priority::DataLow)?;
@@ -165,18 +162,16 @@ impl Reporter {
             .split(&own.topology.topics[topic].publishers)
             .0
             .is_empty();
-        let mut inlets = self.part.inlets.iter().filter(|inlet| inlet.topic == topic);
-        let SentNumber { incarnation, seq } = if is_own {
+        if is_own {
             let incarnation = own.incarnation;
-            SentNumber { incarnation, seq }
-        } else {
-            inlets.find_map(|inlet| inlet.sent_number(seq))?
-        };
-        Some(SentMessage {
-            topic,
-            incarnation,
-            seq,
-        })
+            return Some(SentMessage {
+                topic,
+                incarnation,
+                seq,
+            });
+        }
+        let mut inlets = self.part.inlets.iter().filter(|inlet| inlet.topic == topic);
+        inlets.find_map(|inlet| inlet.sent_message(seq))
     }
 
     fn counts(&self) -> Vec<TopicCounts> {

@@ -126,8 +126,8 @@ pub struct Batch {
     pub ticks: Vec<(usize, SentTick)>,
     /// Messages that nodes of the process published.
     pub sent: Vec<PublishedMessage>,
-    /// Messages that arrived from other processes.
-    pub arrived: Vec<ReceivedMessage>,
+    /// Messages that arrived from other processes, each with the run time of its arrival.
+    pub arrived: Vec<(SentMessage, Time)>,
     /// Counters of topics, by their index.
     pub topics: Vec<TopicCounts>,
 }
@@ -148,7 +148,7 @@ pub struct SentTick {
 }
 
 /// A message, as its sender numbers it.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct SentMessage {
     /// Index of its topic.
     pub topic: usize,
@@ -225,19 +225,6 @@ pub struct PublishedMessage {
     pub begins: bool,
     /// Its numbers; `None` for one that is not finite.
     pub row: Vec<Option<f64>>,
-}
-
-/// A message that arrived from another process.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub struct ReceivedMessage {
-    /// Index of its topic.
-    pub topic: usize,
-    /// The process that sent it.
-    pub incarnation: u64,
-    /// Position in the topic's history at its sender.
-    pub seq: u64,
-    /// Run time of its arrival.
-    pub at: Time,
 }
 
 /// Counters of a topic in one process.

@@ -28,7 +28,7 @@ use ratelab_study::{
 use ratelab_wire::{
     Follower,
     machine::{self, Nanos},
-    telemetry::{Answer, Batch, Info, PublishedMessage, Read},
+    telemetry::{Answer, Batch, Info, PublishedMessage, Read, SentMessage},
 };
 
 use self::{gathered::GatheredRun, processes::Processes};
@@ -62,8 +62,8 @@ pub struct RemoteRun {
     commands: StartCommands,
     /// What waits, in the order in which it came.
     pending: Vec<(Time, Item)>,
-    /// When messages arrived, by topic, sender and number.
-    arrivals: HashMap<(usize, u64, u64), Time>,
+    /// When messages arrived.
+    arrivals: HashMap<SentMessage, Time>,
     /// The run time from which on all processes report.
     complete: Option<Time>,
     lost_batches: u64,
@@ -231,10 +231,9 @@ impl RemoteRun {
             };
             self.hold(at, Item::Message(from, message));
         }
-        for arrival in batch.arrived {
-            let key = (arrival.topic, arrival.incarnation, arrival.seq);
-            self.arrivals.insert(key, time(arrival.at));
-        }
+        let arrived = batch.arrived.into_iter();
+        self.arrivals
+            .extend(arrived.map(|(message, at)| (message, time(at))));
     }
 
     /// Takes the events that are new, and to be shown.
@@ -322,7 +321,12 @@ impl RemoteRun {
         if readers.all(|node| self.processes.runs(from, &node.name)) {
             return Some(message.at);
         }
-        match self.arrivals.remove(&(message.topic, from, message.seq)) {
+        let sent = SentMessage {
+            topic: message.topic,
+            incarnation: from,
+            seq: message.seq,
+        };
+        match self.arrivals.remove(&sent) {
             Some(arrived) => Some(arrived.max(message.at)),
             // Its arrival was reported to nobody.
             None if self.complete.is_none_or(|since| message.at < since) => Some(message.at),
