@@ -7,7 +7,8 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crossbeam_channel::bounded;
+use crossbeam_channel::{Sender, bounded};
+use ratelab::{Command, Time};
 use ratelab_study::{
     experiment::{Experiment, Taps},
     system::Alias,
@@ -26,6 +27,7 @@ use crate::{
     peers::{self, Peers},
     reporter::Reporter,
     ros::Ros,
+    run_end::RunEnd,
     session::{SessionEnd, Settings},
     telemetry::Info,
     threads::Beat,
@@ -94,6 +96,16 @@ impl Bridge {
             notice(&format!("listening on {}", addresses.join(", ")));
         }
         Ok(bridge)
+    }
+
+    /// Stops this part by its `commands` when the run has lasted until `end` in the process that begins
+    /// it.
+    ///
+    /// # Errors
+    /// [`WireError`] if no thread can be started.
+    pub fn end_at(&mut self, end: Time, commands: Sender<Command>) -> Result<(), WireError> {
+        self.beats.push(RunEnd::begin(&self.part, end, commands)?);
+        Ok(())
     }
 
     /// The topics that arrive here.

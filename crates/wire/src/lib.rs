@@ -31,6 +31,7 @@ mod recent;
 mod refusal;
 mod reporter;
 mod ros;
+mod run_end;
 pub mod sender;
 mod session;
 pub mod telemetry;

@@ -20,7 +20,7 @@ use zenoh::{
 use crate::{
     error::{Attempted, WireError},
     key::{Keys, Of},
-    machine::{self, ClockId},
+    machine::{self, ClockId, Nanos},
     net,
     offset::{Offsets, RoundTrip},
     telemetry::{Answer, Info, Order},
@@ -185,6 +185,12 @@ impl Peers {
         let infos = self.ask_infos();
         let running = infos.filter(|(_, info)| info.zero.is_some());
         running.map(|(incarnation, _)| incarnation).collect()
+    }
+
+    /// Run time zero of a process, by its clock; `None` before its run.
+    pub(crate) fn zero_of(&self, incarnation: u64) -> Option<Nanos> {
+        let mut infos = self.ask_infos().filter(|(from, _)| *from == incarnation);
+        infos.find_map(|(_, info)| info.zero)
     }
 
     /// Asks all processes what runs in them, if one has not answered yet, and for the time, if

@@ -54,10 +54,15 @@ pub fn run(
     args: &ProcessArgs,
 ) -> Result<(), Error> {
     let Part { config, nodes, .. } = part;
-    let topology = topology(program, config)?;
+    let (topology, end) = (topology(program, config)?, config.end);
     let here = parts::nodes(&*program.system, &topology, nodes);
     let first = topology.nodes.first();
     let is_first = first.is_some_and(|node| here.contains(&node.name));
+    // The others end by the run time of the first.
+    let config = Config {
+        end: if is_first { end } else { Time::MAX },
+        ..config.clone()
+    };
     let settings = Settings {
         command: part.command.clone(),
         ..settings(&args.network, is_first)
@@ -65,8 +70,11 @@ pub fn run(
     let stop = Stop::watch(args.child);
     let mut destination = args.record.clone().map(Destination::from);
     loop {
-        let part = Experiment::part(program.system.clone(), config, &here)?;
-        let bridge = Bridge::start(&settings, &part, &here, args.ros.domain())?;
+        let part = Experiment::part(program.system.clone(), &config, &here)?;
+        let mut bridge = Bridge::start(&settings, &part, &here, args.ros.domain())?;
+        if !is_first && end < Time::MAX {
+            bridge.end_at(end, part.commands())?;
+        }
         bridge.wait_for_others();
         stop.by(Some(part.commands()));
         let recorder = record(&part, &here, destination.as_mut())?;

@@ -376,6 +376,29 @@ fn a_part_does_not_count_messages_that_go_past_it() {
 }
 
 #[test]
+fn a_part_ends_by_the_run_time_of_the_process_that_began_the_run() {
+    let run = Steady::new();
+    let part = |options: &str| run.node(&format!("{options} --duration-s 1"));
+    let mut sensor = part(&format!("sensor --listen {}", run.address));
+    sensor.wait_for("listening on");
+    let policy = part(&format!("policy --connect {}", run.address));
+    sensor.wait_for("waiting for actuator");
+    // The policy ticks for a second before the run begins.
+    run.folder.says("run steady.toml --duration-s 1");
+    let actuator = part(&format!("actuator --connect {}", run.address));
+    sensor.wait_for("the run begins");
+    assert!(lasted(&policy.printed()) >= 2.0);
+    assert!(actuator.printed().contains("STOPPED at 1."));
+}
+
+/// Run time at the end of a part without the first node of its graph (s).
+fn lasted(printed: &str) -> f64 {
+    let time = printed.split_once(" ticks in ").map(|(_, time)| time);
+    let seconds = time.and_then(|time| time.split_once(" s")?.0.parse().ok());
+    seconds.unwrap_or_else(|| panic!("{printed}"))
+}
+
+#[test]
 fn up_passes_its_graph_to_all_parts() {
     let folder = Folder::with(&["graphs/camera-pole.toml"]);
     for line in ["camera-pole.toml up", "up camera-pole.toml"] {
