@@ -24,10 +24,10 @@ use crate::{
     net,
     outlet::{self, BACKLOG},
     part::LocalPart,
+    part_end::PartEnd,
     peers::{self, Peers},
     reporter::Reporter,
     ros::Ros,
-    run_end::RunEnd,
     session::{SessionEnd, Settings},
     telemetry::Info,
     threads::Beat,
@@ -104,7 +104,7 @@ impl Bridge {
     /// # Errors
     /// [`WireError`] if no thread can be started.
     pub fn end_at(&mut self, end: Time, commands: Sender<Command>) -> Result<(), WireError> {
-        self.beats.push(RunEnd::begin(&self.part, end, commands)?);
+        self.beats.push(PartEnd::begin(&self.part, end, commands)?);
         Ok(())
     }
 

@@ -16,7 +16,7 @@ use crate::{
 const PAUSE: Duration = Duration::from_millis(20);
 
 /// The end of a part.
-pub(crate) struct RunEnd {
+pub(crate) struct PartEnd {
     part: Arc<LocalPart>,
     /// Run time there.
     end: Time,
@@ -26,21 +26,21 @@ pub(crate) struct RunEnd {
     is_over: bool,
 }
 
-impl RunEnd {
+impl PartEnd {
     /// Stops the part by its `commands` at run time `end`.
     pub(crate) fn begin(
         part: &Arc<LocalPart>,
         end: Time,
         commands: Sender<Command>,
     ) -> Result<Beat, WireError> {
-        let mut run_end = Self {
+        let mut part_end = Self {
             part: part.clone(),
             end,
             commands,
             hub: None,
             is_over: false,
         };
-        Beat::begin("end", PAUSE, move || run_end.look())
+        Beat::begin("end", PAUSE, move || part_end.look())
     }
 
     fn look(&mut self) {
