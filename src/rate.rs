@@ -58,8 +58,8 @@ impl Rate {
         }
     }
 
-    /// Has the first tick due one period later, as a timer of ROS.
-    pub fn skip_first(&mut self) {
+    /// Delays the first tick by one period, as a timer of ROS does.
+    pub(crate) fn skip_first(&mut self) {
         self.first = 1;
         self.schedule(self.next.max(self.first));
     }
@@ -108,7 +108,7 @@ impl Rate {
 
     /// Changes the rate at `now` for a node that is busy until `free`: its next tick is due then
     /// at the earliest.
-    pub fn set_hz_while_busy(&mut self, hz: Hz, now: Time, free: Time) {
+    pub(crate) fn set_hz_while_busy(&mut self, hz: Hz, now: Time, free: Time) {
         self.hz = hz;
         self.period = Period::of(hz);
         self.anchor = self.last.unwrap_or(self.anchor);
@@ -122,7 +122,7 @@ impl Rate {
 
     /// Restarts the sequence of due times at run time zero, shifted by `offset`. The next
     /// tick is due at `free` at the earliest.
-    pub fn set_offset(&mut self, offset: Duration, free: Time) {
+    pub(crate) fn set_offset(&mut self, offset: Duration, free: Time) {
         self.anchor = Time::ZERO + offset;
         self.resume(free);
     }

@@ -162,11 +162,6 @@ impl Executor {
         (self.kind().threads)(self.number)
     }
 
-    /// Whether it has no choice but one thread.
-    pub fn is_single_threaded(&self) -> bool {
-        self.kind().counts.is_none() && self.kind().order.is_some()
-    }
-
     /// Whether a node needs a period there, as this callback has it.
     pub fn needs_period(&self, callback: &Callback) -> bool {
         match self.kind().order {
