@@ -27,10 +27,10 @@ fn obey_without_nodes(control: &mut ControlPlane, command: &Command, at: Time) -
     let kind = control.status.clock;
     let refused = |reason: &str| Err(reason.to_owned());
     let answer = match command {
-        Command::Set(knob) => control
-            .set(knob, at)
-            .map(Some)
-            .map_err(|why| why.to_string()),
+        Command::Set(knob) => match control.set(knob, at) {
+            Ok(before) => Ok(command.replaced(Some(&before))),
+            Err(why) => Err(why.to_string()),
+        },
         Command::Pause | Command::HandOver(_) if control.is_part() => {
             refused("its nodes run in several processes, which share the wall's time")
         }

@@ -115,7 +115,7 @@ impl Worker<'_> {
         let node = schedule.node_called(knob.target())?;
         self.schedule.state.advance_to(at);
         let answer = schedule.set(node, &mut lock(&self.schedule.slots[node]), knob, at);
-        Some(self.schedule.state.answered(at, command, answer))
+        Some(self.schedule.state.answered(at, command, answer.map(Some)))
     }
 
     /// Refuses such a command for this `reason`.

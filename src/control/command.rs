@@ -67,6 +67,14 @@ impl Command {
         }
     }
 
+    /// The value `before` it was carried out, as the log has it.
+    pub(crate) fn replaced(&self, before: Option<&Knob>) -> Option<String> {
+        match self {
+            Self::Set(knob) => Some(knob.replaced(before?)),
+            _ => None,
+        }
+    }
+
     /// The name of the node that must carry it out.
     pub fn node(&self) -> Option<&str> {
         self.knob_of_node().map(Knob::target)

@@ -413,6 +413,22 @@ impl Knob {
         }
     }
 
+    /// The value `before` this knob was set, as the log of a run has it; `before` is the knob that
+    /// sets it again.
+    pub(crate) fn replaced(&self, before: &Self) -> String {
+        match before {
+            _ if matches!(self, Self::Lose { .. }) => "not lost".to_owned(),
+            Self::Crash { .. } => "crashed".to_owned(),
+            Self::Restart { .. } => "running".to_owned(),
+            Self::Send { text, .. } => text.clone(),
+            Self::Rate { hz, .. } => hz.to_string(),
+            Self::Offset { offset: ms, .. } | Self::Postpone { delay: ms, .. } => {
+                format!("{} ms", millis::to_millis(*ms))
+            }
+            before => before.value(),
+        }
+    }
+
     /// Whether `other` changes the same setting, to any value.
     pub fn is_of(&self, other: &Self) -> bool {
         let same = self.kind() == other.kind() && self.subject() == other.subject();

@@ -5,6 +5,7 @@ use std::{fmt, sync::OnceLock};
 use super::{
     command::{ClockKind, Command, Speed},
     event::{Event, EventKind},
+    knob::Knob,
     refusal::KnobRefusal,
 };
 use crate::{
@@ -165,10 +166,10 @@ impl RunState {
         &self,
         at: Time,
         command: &Command,
-        answer: Result<String, KnobRefusal>,
+        answer: Result<Option<Knob>, KnobRefusal>,
     ) -> usize {
         match answer {
-            Ok(was) => self.applied(at, command, Some(was)),
+            Ok(before) => self.applied(at, command, command.replaced(before.as_ref())),
             Err(reason) => self.refused(at, command, reason.to_string()),
         }
     }

@@ -98,11 +98,11 @@ impl ControlPlane {
         }
     }
 
-    /// Changes a knob of a topic at run time `now`; returns the value before.
+    /// Changes a knob of a topic at run time `now`; returns the one that was in force.
     ///
     /// # Errors
     /// The reason, with the available alternatives.
-    pub(crate) fn set(&self, knob: &Knob, now: Time) -> Result<String, KnobRefusal> {
+    pub(crate) fn set(&self, knob: &Knob, now: Time) -> Result<Knob, KnobRefusal> {
         self.check(knob)?;
         self.topic(knob.target())?.topic.set(knob, self.seed, now)
     }

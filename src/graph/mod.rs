@@ -340,30 +340,31 @@ impl Graph {
         }
     }
 
-    /// Sets a knob between two runs, or before the first; returns the value before.
+    /// Sets a knob between two runs, or before the first; returns the one that was in force, unless the
+    /// node runs in another process.
     ///
     /// # Errors
     /// The reason and a remedy; nothing is changed then.
-    pub fn set(&mut self, knob: &Knob) -> Result<String, KnobRefusal> {
+    pub fn set(&mut self, knob: &Knob) -> Result<Option<Knob>, KnobRefusal> {
         let now = self.now();
         if knob.kind().is_of_topic() {
-            self.control.set(knob, now)
+            self.control.set(knob, now).map(Some)
         } else {
             self.set_node(knob, now)
         }
     }
 
-    /// Sets a knob of a node at run time `at`; returns the value before.
+    /// Sets a knob of a node at run time `at`; returns the one that was in force.
     ///
     /// # Errors
     /// The reason and a remedy.
-    pub(crate) fn set_node(&mut self, knob: &Knob, at: Time) -> Result<String, KnobRefusal> {
+    pub(crate) fn set_node(&mut self, knob: &Knob, at: Time) -> Result<Option<Knob>, KnobRefusal> {
         let index = self.control.node_index(knob.target())?;
         if !self.is_here(index) {
             // A setting for the process in which it runs.
-            return Ok(String::new());
+            return Ok(None);
         }
         let slot = get_mut(&mut self.slots[index]);
-        self.schedule.set(index, slot, knob, at)
+        self.schedule.set(index, slot, knob, at).map(Some)
     }
 }

@@ -33,7 +33,7 @@ impl Schedule {
         }
     }
 
-    /// Sets a knob of a node at run time `now`; returns the value before.
+    /// Sets a knob of a node at run time `now`; returns the one that was in force.
     ///
     /// # Errors
     /// The reason and a remedy.
@@ -43,13 +43,24 @@ impl Schedule {
         slot: &mut NodeSlot,
         knob: &Knob,
         now: Time,
-    ) -> Result<String, KnobRefusal> {
+    ) -> Result<Knob, KnobRefusal> {
         self.check(node, slot, knob)?;
         let (task_set, member) = self.place(node);
         match knob {
-            Knob::Send { text, .. } => slot.ask(|node| node.on_message(text)),
-            Knob::Parameter { name, value, .. } => {
-                slot.ask(|node| node.set_parameter(name, value, now))
+            Knob::Send { node, text } => {
+                let before = slot.ask(|node| node.on_message(text))?;
+                Ok(Knob::Send {
+                    node: node.clone(),
+                    text: before,
+                })
+            }
+            Knob::Parameter { node, name, value } => {
+                let before = slot.ask(|node| node.set_parameter(name, value, now))?;
+                Ok(Knob::Parameter {
+                    node: node.clone(),
+                    name: name.clone(),
+                    value: before,
+                })
             }
             Knob::Crash { .. } => {
                 let was = self.condition(node);
@@ -76,7 +87,7 @@ impl Schedule {
         node: usize,
         slot: &mut NodeSlot,
         now: Time,
-    ) -> Result<String, KnobRefusal> {
+    ) -> Result<Knob, KnobRefusal> {
         let (task_set, member) = self.place(node);
         let was = self.condition(node);
         // A node that is built once more crashes first, another one only once it has begun anew.
@@ -125,9 +136,14 @@ impl Schedule {
         self.member(node).name.to_string()
     }
 
-    fn condition(&self, node: usize) -> String {
-        let crashed = self.state(node, Time::ZERO).crashed;
-        if crashed { "crashed" } else { "running" }.to_owned()
+    /// The knob that brings a node to where it is: running or crashed.
+    fn condition(&self, index: usize) -> Knob {
+        let node = self.name(index);
+        if self.state(index, Time::ZERO).crashed {
+            Knob::Crash { node }
+        } else {
+            Knob::Restart { node }
+        }
     }
 
     fn record(&self, node: usize, record: NodeRecord) {

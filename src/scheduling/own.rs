@@ -228,12 +228,12 @@ impl Own {
         self.task.check(knob, !self.is_let)
     }
 
-    /// Sets a knob of the schedule; returns the value before.
+    /// Sets a knob of the schedule; returns the one that was in force.
     pub(crate) fn set(
         &mut self,
         knob: &Knob,
         plan: &mut Timetable<'_>,
-    ) -> Result<String, KnobRefusal> {
+    ) -> Result<Knob, KnobRefusal> {
         let now = plan.now();
         let times = knob.kind().sets(TickTiming::Due);
         if times || knob.kind() == KnobKind::Late {

@@ -9,7 +9,6 @@ use crate::{
         knob::{Knob, KnobKind, TickTiming},
         refusal::KnobRefusal,
     },
-    millis,
     node::JobKind,
     rate::Rate,
     settings::{chance::Chance, cost::Cost, draw::Draw, local_clock::LocalClock, overrun::Overrun},
@@ -349,35 +348,46 @@ impl Task {
         }
     }
 
-    /// Sets a knob of a node that is busy until `free`; returns the value before.
+    /// Sets a knob of a node that is busy until `free`; returns the one that was in force.
     pub(crate) fn set(
         &mut self,
         member: usize,
         knob: &Knob,
         free: Time,
         plan: &Timetable<'_>,
-    ) -> Result<String, KnobRefusal> {
+    ) -> Result<Knob, KnobRefusal> {
         use std::mem::replace;
         let kind = knob.kind();
         self.has_times |= kind.sets(TickTiming::Start) || kind.sets(TickTiming::Duration);
+        let node = knob.target().to_owned();
         Ok(match knob {
             Knob::Rate { hz, .. } => {
                 let before = self.set_hz(*hz, plan.now(), free);
                 plan.rated(member, *hz);
-                before.to_string()
+                Knob::Rate { node, hz: before }
             }
             Knob::Offset { offset, .. } => {
                 let shown = self.shows(free);
                 self.rate.set_offset(*offset, shown);
-                let before = replace(&mut self.offset, *offset);
-                format!("{} ms", millis::to_millis(before))
+                let offset = replace(&mut self.offset, *offset);
+                Knob::Offset { node, offset }
             }
-            Knob::Takes { cost, .. } => replace(&mut self.takes, cost.clone()).to_string(),
-            Knob::Wakes { lateness, .. } => replace(&mut self.wakes, lateness.clone()).to_string(),
-            Knob::Late { overrun, .. } => replace(&mut self.late, *overrun).to_string(),
+            Knob::Takes { cost, .. } => {
+                let cost = replace(&mut self.takes, cost.clone());
+                Knob::Takes { node, cost }
+            }
+            Knob::Wakes { lateness, .. } => {
+                let lateness = replace(&mut self.wakes, lateness.clone());
+                Knob::Wakes { node, lateness }
+            }
+            Knob::Late { overrun, .. } => {
+                let overrun = replace(&mut self.late, *overrun);
+                Knob::Late { node, overrun }
+            }
             Knob::Hang { cost, .. } => {
                 self.hang = Some(*cost);
-                self.takes.to_string()
+                let cost = self.takes.clone();
+                Knob::Takes { node, cost }
             }
             Knob::Clock { error, .. } => {
                 let clock = LocalClock::new(plan.now(), *error);
@@ -385,13 +395,15 @@ impl Task {
                 self.stamp(member, plan);
                 let shown = self.shows(free);
                 self.rate.resume(shown);
-                before.error.to_string()
+                let error = before.error;
+                Knob::Clock { node, error }
             }
             Knob::StampClock { error, .. } => {
                 let clock = LocalClock::new(plan.now(), *error);
                 let before = self.stamp_clock.replace(clock).or(self.clock);
                 self.stamp(member, plan);
-                before.unwrap_or_default().error.to_string()
+                let error = before.unwrap_or_default().error;
+                Knob::StampClock { node, error }
             }
             _ => return Err(KnobRefusal::NotFor(knob.to_string(), "node")),
         })

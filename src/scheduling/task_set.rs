@@ -69,13 +69,13 @@ impl Scheduler {
         }
     }
 
-    /// Sets a knob of a node's schedule that was checked; returns the value before.
+    /// Sets a knob of a node's schedule that was checked; returns the one that was in force.
     pub(crate) fn set(
         &mut self,
         member: usize,
         knob: &Knob,
         plan: &mut Timetable<'_>,
-    ) -> Result<String, KnobRefusal> {
+    ) -> Result<Knob, KnobRefusal> {
         match self {
             Self::Own(own) => own.set(knob, plan),
             Self::Ordered(ordered) => ordered.set(member, knob, plan),

@@ -12,11 +12,12 @@ use crate::{
 /// A topic, regardless of its payload.
 pub(crate) trait AnyTopic: Send {
     /// Sets a knob of the topic, or of its link in a run with this `seed`, for messages published
-    /// from run time `now` on; returns the value before.
+    /// from run time `now` on; returns the knob
+    /// that was in force.
     ///
     /// # Errors
     /// [`KnobRefusal`] for a message that is published already, and for a knob of a node.
-    fn set(&self, knob: &Knob, seed: u64, now: Time) -> Result<String, KnobRefusal>;
+    fn set(&self, knob: &Knob, seed: u64, now: Time) -> Result<Knob, KnobRefusal>;
 
     /// Queue depth.
     fn depth(&self) -> Depth;
@@ -32,12 +33,19 @@ pub(crate) trait AnyTopic: Send {
 }
 
 impl<T: Payload> AnyTopic for Topic<T> {
-    fn set(&self, knob: &Knob, seed: u64, now: Time) -> Result<String, KnobRefusal> {
+    fn set(&self, knob: &Knob, seed: u64, now: Time) -> Result<Knob, KnobRefusal> {
         match knob {
-            Knob::Depth { depth, .. } => return Ok(self.set_depth(*depth, now).to_string()),
-            Knob::Read { order, .. } => {
-                let before = std::mem::replace(&mut self.0.lock().order, *order);
-                return Ok(before.to_string());
+            Knob::Depth { topic, depth } => {
+                return Ok(Knob::Depth {
+                    topic: topic.clone(),
+                    depth: self.set_depth(*depth, now),
+                });
+            }
+            Knob::Read { topic, order } => {
+                return Ok(Knob::Read {
+                    topic: topic.clone(),
+                    order: std::mem::replace(&mut self.0.lock().order, *order),
+                });
             }
             _ => {}
         }

@@ -7,7 +7,6 @@ use std::{
 
 use crate::{
     control::{knob::Knob, refusal::KnobRefusal},
-    millis,
     settings::{
         chance::Chance,
         link::{Burst, Link},
@@ -109,25 +108,33 @@ impl LinkChannel {
         self.link == Link::NONE && self.lose.is_empty() && self.postpone.is_empty()
     }
 
-    /// Sets a knob of the topic; returns the value before.
+    /// Sets a knob of the topic; returns the one that was in force.
     ///
     /// # Errors
     /// [`KnobRefusal`] for a knob of a node.
-    pub(crate) fn set(&mut self, knob: &Knob) -> Result<String, KnobRefusal> {
+    pub(crate) fn set(&mut self, knob: &Knob) -> Result<Knob, KnobRefusal> {
         match knob {
-            Knob::Link { link, .. } => {
+            Knob::Link { topic, link } => {
                 // It begins without a burst.
                 self.bad = false;
-                Ok(std::mem::replace(&mut self.link, link.clone()).to_string())
+                Ok(Knob::Link {
+                    topic: topic.clone(),
+                    link: std::mem::replace(&mut self.link, link.clone()),
+                })
             }
-            Knob::Lose { seq, .. } => {
+            Knob::Lose { topic, seq } => {
                 self.lose.insert(*seq);
-                Ok("not lost".to_owned())
+                Ok(Knob::Postpone {
+                    topic: topic.clone(),
+                    seq: *seq,
+                    delay: self.postpone.get(seq).copied().unwrap_or_default(),
+                })
             }
-            Knob::Postpone { seq, delay, .. } => {
-                let before = self.postpone.insert(*seq, *delay).unwrap_or_default();
-                Ok(format!("{} ms", millis::to_millis(before)))
-            }
+            Knob::Postpone { topic, seq, delay } => Ok(Knob::Postpone {
+                topic: topic.clone(),
+                seq: *seq,
+                delay: self.postpone.insert(*seq, *delay).unwrap_or_default(),
+            }),
             _ => Err(KnobRefusal::NotFor(knob.to_string(), "topic")),
         }
     }

@@ -295,13 +295,13 @@ impl Ordered {
         self.tasks[member].check(knob, false)
     }
 
-    /// Sets a knob of a node's schedule; returns the value before.
+    /// Sets a knob of a node's schedule; returns the one that was in force.
     pub(crate) fn set(
         &mut self,
         member: usize,
         knob: &Knob,
         plan: &mut Timetable<'_>,
-    ) -> Result<String, KnobRefusal> {
+    ) -> Result<Knob, KnobRefusal> {
         let now = plan.now();
         let times = knob.kind().sets(TickTiming::Due);
         // Timers that were due before wait in line.
