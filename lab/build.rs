@@ -125,7 +125,7 @@ fn tell(name: &str, fact: &str) {
     println!("cargo::rustc-env=RATELAB_{name}={fact}");
 }
 
-/// The output of `command`, if it runs and succeeds.
+/// Returns the output of `command`, if it runs and succeeds.
 fn said(command: &mut Command) -> Option<String> {
     let output = command.output().ok()?;
     let said = String::from_utf8(output.stdout).ok()?;

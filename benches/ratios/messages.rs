@@ -105,8 +105,10 @@ fn deque_round() -> impl FnMut() -> Nanos {
                 ring.push_back(message(black_box(number)));
             }
             let newest = {
-                let ring = ring.lock().unwrap_or_else(PoisonError::into_inner);
-                ring.back().copied()
+                ring.lock()
+                    .unwrap_or_else(PoisonError::into_inner)
+                    .back()
+                    .copied()
             };
             black_box(newest);
         })

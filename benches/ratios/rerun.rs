@@ -71,12 +71,11 @@ fn messages_in_a_tick(clock: &mut dyn Clock) -> Nanos {
     });
     added.expect("a node");
     // The real clock notes turns for a log.
-    RunLog::of(&graph.state());
+    RunLog::attach(&graph.state());
     clock
         .run(&mut graph, &mut inbox, Time::ZERO)
         .expect("no fault");
-    let took = took.lock().unwrap_or_else(PoisonError::into_inner);
-    *took
+    *took.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn experiment(clock: ClockKind) -> Experiment {
@@ -102,7 +101,7 @@ impl Recorded {
         let topology = observer.topology();
         experiment.run().expect("run");
         Self {
-            log: RunLog::of(&observer).log(),
+            log: RunLog::attach(&observer).log(),
             events: observer.events(0),
             topology,
         }

@@ -155,10 +155,12 @@ fn build(config: &Config) -> Experiment {
 
 /// A run in `world` that `knobs` set up.
 fn experiment_with(world: WorldKind, knobs: &[&str]) -> Experiment {
-    let knobs = knobs.iter().map(|knob| knob.parse().expect("a knob"));
     build(&Config {
         world,
-        setup: knobs.collect(),
+        setup: knobs
+            .iter()
+            .map(|knob| knob.parse().expect("a knob"))
+            .collect(),
         ..Config::default()
     })
 }
@@ -294,8 +296,10 @@ impl Floor {
         };
         let plant = Plant::new(Config::default().seed).expect("plant");
         let experiment = experiment_with(world, &[]);
-        let tap = experiment.taps().messages::<ControlStep>(STATE, TAP);
-        let tap = tap.expect(STATE);
+        let tap = experiment
+            .taps()
+            .messages::<ControlStep>(STATE, TAP)
+            .expect(STATE);
         execute(experiment);
         let steps: Vec<_> = tap.items().iter().map(|step| step.message.data).collect();
         Self {

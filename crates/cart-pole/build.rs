@@ -13,7 +13,7 @@ fn main() {
     let package = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
     let clone = package.ancestors().nth(2).unwrap_or(&package);
     let ours = clone.join("xtask/mujoco");
-    match Source::of_build(&ours) {
+    match Source::from_env(&ours) {
         Source::Fetched => match fetch(&ours) {
             Ok(()) => load_from(&ours),
             // A directive must be one line.
@@ -25,7 +25,7 @@ fn main() {
 }
 
 fn fetch(folder: &Path) -> Result<(), Error> {
-    let platform = Platform::of_build()?;
+    let platform = Platform::for_build()?;
     for place in platform.places {
         println!("cargo::rerun-if-changed=../../xtask/mujoco/{place}");
     }

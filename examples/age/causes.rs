@@ -114,8 +114,7 @@ pub fn sweep(
         base.setup.extend(CartPole::KNOBS.parse(knob)?);
     }
     let axes = cause.axes.iter().map(|(knob, values)| {
-        let values = values.split(' ').map(str::to_owned);
-        SweepAxis::of(CartPole::KNOBS, knob, values)
+        SweepAxis::of(CartPole::KNOBS, knob, values.split(' ').map(str::to_owned))
     });
     Ok(Sweep {
         axes: axes.collect::<Result<_, _>>()?,

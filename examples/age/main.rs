@@ -31,7 +31,7 @@ struct Measured {
 }
 
 impl Measured {
-    fn of(system: &Arc<CartPole>, policy: &'static str) -> Result<Self, Box<dyn Error>> {
+    fn run(system: &Arc<CartPole>, policy: &'static str) -> Result<Self, Box<dyn Error>> {
         let base = base(policy)?;
         let grows = system.age_limits(&base.setup).grows;
         let causes = CAUSES.iter().map(|cause| {
@@ -121,7 +121,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (system, began) = (Arc::new(CartPole::default()), Instant::now());
     let measured: Vec<Measured> = POLICIES
         .iter()
-        .map(|policy| Measured::of(&system, policy))
+        .map(|policy| Measured::run(&system, policy))
         .collect::<Result<_, _>>()?;
     limits(&measured);
     println!();

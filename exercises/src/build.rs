@@ -46,7 +46,7 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
         Measurement::new(name, *dropped as f64)
     });
     Ok(Findings {
-        table: Table::of(
+        table: Table::from_items(
             &rows,
             &[
                 ("event", &|(event, _, _)| event.clone()),

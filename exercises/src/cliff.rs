@@ -44,7 +44,7 @@ fn table(rates: &[KnobRuns]) -> Table {
         let steps = rate.runs.iter().map(|run| run.steps.to_string());
         steps.collect::<Vec<_>>().join(" ")
     };
-    Table::of(
+    Table::from_items(
         rates,
         &[
             ("control", &|rate| format!("{} Hz", rate.value)),
@@ -65,7 +65,10 @@ fn measurements(rates: &[KnobRuns]) -> Vec<Measurement> {
                 ("steps", run.steps as f64),
                 ("mean latency (ms)", mean_ms(run.mean_latency_s)),
             ];
-            measured.extend(Measurement::of(format_args!("{hz}, seed {seed}"), figures));
+            measured.extend(Measurement::list(
+                format_args!("{hz}, seed {seed}"),
+                figures,
+            ));
         }
     }
     let latency = |rate: &KnobRuns| -> f64 {

@@ -41,7 +41,7 @@ fn findings(
     }
 }
 
-/// The first question: when the first and the last of the runs with a queue of ten fell.
+/// Returns the first question: when the first and the last of the runs with a queue of ten fell.
 pub(crate) fn time() -> Result<Findings, Failure> {
     let groups = queues([1, DEEP, 100])?;
     let deep = asked(&groups, |group| {
@@ -64,7 +64,7 @@ pub(crate) fn time() -> Result<Findings, Failure> {
     Ok(findings(&groups, PredictionPlace::Row(1), answer, meaning))
 }
 
-/// The second question: the deepest queue before the first that kills.
+/// Returns the second question: the deepest queue before the first that kills.
 pub(crate) fn depth() -> Result<Findings, Failure> {
     let groups = queues([1, 2, 3, 4, 5, 6, 7, 8, 9, DEEP])?;
     let (stands, kills) = edge(&groups, KnobRuns::all_up)?;
@@ -81,7 +81,7 @@ pub(crate) fn depth() -> Result<Findings, Failure> {
     Ok(findings(&groups, PredictionPlace::Between, answer, meaning))
 }
 
-/// The least and the greatest of `values`.
+/// Returns the least and the greatest of `values`.
 fn ends(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold(
         (f64::INFINITY, f64::NEG_INFINITY),
@@ -89,14 +89,14 @@ fn ends(values: impl Iterator<Item = f64>) -> (f64, f64) {
     )
 }
 
-/// A row for each depth, so that the head stays in sight.
+/// Returns a row for each depth, so that the head stays in sight.
 fn table(groups: &[KnobRuns]) -> Table {
     let until = |group: &KnobRuns| {
         let until = group.runs.iter().map(|run| run.sim_time.as_secs_f64());
         format!("{} s", span(until, 2))
     };
     let drops = |group: &KnobRuns| span(group.runs.iter().map(|run| obs_dropped(run) as f64), 0);
-    Table::of(
+    Table::from_items(
         groups,
         &[
             ("depth", &|group| group.value.clone()),
@@ -108,20 +108,21 @@ fn table(groups: &[KnobRuns]) -> Table {
     )
 }
 
-/// The least and the greatest of `values`, or one number where they are the same.
+/// Returns the least and the greatest of `values`, or one number where they are the same.
 fn span(values: impl Iterator<Item = f64>, decimals: usize) -> String {
     let (least, most) = ends(values);
     let [least, most] = [least, most].map(|number| format!("{number:.decimals$}"));
-    match least == most {
-        true => least,
-        false => format!("{least} to {most}"),
+    if least == most {
+        least
+    } else {
+        format!("{least} to {most}")
     }
 }
 
 fn measurements(group: &KnobRuns) -> impl Iterator<Item = Measurement> {
     let runs = group.runs.iter().enumerate();
     runs.flat_map(|(start, run)| {
-        Measurement::of(
+        Measurement::list(
             format_args!("depth {}, seed {start}", group.value),
             [
                 ("until (s)", run.sim_time.as_secs_f64()),

@@ -40,7 +40,7 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
     })
 }
 
-/// Number of starts with identical runs for both queue depths.
+/// Returns the number of starts with identical runs for both queue depths.
 fn unchanged(shallow: &KnobRuns, deep: &KnobRuns) -> usize {
     let course = |run: &CellResult| (run.steps, run.verdict, pole_angle(&run.state).to_bits());
     let pairs = shallow.runs.iter().zip(&deep.runs);
@@ -52,7 +52,7 @@ fn unchanged(shallow: &KnobRuns, deep: &KnobRuns) -> usize {
 fn table(depths: &[KnobRuns]) -> Table {
     let runs: Vec<_> = depths.iter().flat_map(runs).collect();
     let age_ms = |run: &CellResult| run.push_age.map_or(f64::NAN, |age| age.late_s * 1e3);
-    Table::of(
+    Table::from_items(
         &runs,
         &[
             ("depth", &|(depth, _, _)| (*depth).to_owned()),
@@ -67,7 +67,7 @@ fn table(depths: &[KnobRuns]) -> Table {
 
 fn measurements(depth: &KnobRuns) -> impl Iterator<Item = Measurement> {
     runs(depth).flat_map(|(depth, seed, run)| {
-        Measurement::of(
+        Measurement::list(
             format_args!("depth {depth}, seed {seed}"),
             [
                 ("/obs dropped", obs_dropped(run) as f64),
@@ -78,7 +78,7 @@ fn measurements(depth: &KnobRuns) -> impl Iterator<Item = Measurement> {
     })
 }
 
-/// The runs with one depth: the depth, the seed and the result.
+/// Returns the runs with one depth: the depth, the seed and the result.
 fn runs(depth: &KnobRuns) -> impl Iterator<Item = (&str, usize, &CellResult)> {
     let runs = depth.runs.iter().enumerate();
     runs.map(|(seed, run)| (depth.value.as_str(), seed, run))

@@ -16,7 +16,7 @@ const LOSSES: [&str; 5] = ["0.5", "0.6", "0.7", "0.8", "0.9"];
 /// The probability of the question.
 const ASKED: &str = "0.8";
 
-/// The first question: the last action is held.
+/// Returns the first question: the last action is held.
 pub(crate) fn hold() -> Result<Findings, Failure> {
     let held = losses("hold")?;
     let up = asked(&held, |group| group.value == ASKED)?;
@@ -35,7 +35,7 @@ pub(crate) fn hold() -> Result<Findings, Failure> {
     })
 }
 
-/// The second question: no force once the action is old.
+/// Returns the second question: no force once the action is old.
 pub(crate) fn zero() -> Result<Findings, Failure> {
     let (held, let_go) = (losses("hold")?, losses("zero:0")?);
     let up = asked(&let_go, |group| group.value == ASKED)?;
@@ -64,13 +64,13 @@ pub(crate) fn zero() -> Result<Findings, Failure> {
     })
 }
 
-/// The place of a loss in the list.
+/// Returns the place of a loss in the list.
 fn at(loss: &str) -> usize {
     let place = LOSSES.iter().position(|known| *known == loss);
     place.unwrap_or_default()
 }
 
-/// All losses, with this handling of stale actions.
+/// Returns all losses, with this handling of stale actions.
 fn losses(on_stale: &str) -> Result<[KnobRuns; LOSSES.len()], Failure> {
     let base = own_world(&format!("on-stale {on_stale}"))?;
     survey(base, "link /action loss:{}", LOSSES, STARTS)
@@ -79,7 +79,7 @@ fn losses(on_stale: &str) -> Result<[KnobRuns; LOSSES.len()], Failure> {
 fn table(ways: &[(&str, &[KnobRuns])]) -> Table {
     let rows = (0..LOSSES.len()).flat_map(|at| ways.iter().map(move |(way, all)| (way, &all[at])));
     let rows: Vec<(&&str, &KnobRuns)> = rows.collect();
-    Table::of(
+    Table::from_items(
         &rows,
         &[
             ("loss", &|(_, group)| group.value.clone()),

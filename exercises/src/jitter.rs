@@ -24,7 +24,7 @@ fn delayed<const DELAYS: usize>(delays: [String; DELAYS]) -> Result<[KnobRuns; D
 
 fn table(labels: &[String], groups: &[KnobRuns]) -> Table {
     let rows: Vec<_> = labels.iter().zip(groups).collect();
-    Table::of(
+    Table::from_items(
         &rows,
         &[
             ("jitter", &|(label, _)| (*label).clone()),
@@ -36,11 +36,12 @@ fn table(labels: &[String], groups: &[KnobRuns]) -> Table {
 }
 
 fn measurements(groups: &[KnobRuns]) -> impl Iterator<Item = Measurement> {
-    let groups = groups.iter();
-    groups.map(|group| group.balanced(format_args!("delay:{} ms", group.value)))
+    groups
+        .iter()
+        .map(|group| group.balanced(format_args!("delay:{} ms", group.value)))
 }
 
-/// A delay around the mean (ms).
+/// Returns a delay around the mean (ms).
 fn around(spread: u32) -> String {
     match spread {
         0 => format!("{MEAN}"),
@@ -48,7 +49,7 @@ fn around(spread: u32) -> String {
     }
 }
 
-/// The first question: jitter around the same mean.
+/// Returns the first question: jitter around the same mean.
 pub(crate) fn same_mean() -> Result<Findings, Failure> {
     let groups = delayed(SPREADS.map(around))?;
     let asked = asked(&groups, |group| group.value == around(ASKED))?;
@@ -69,17 +70,17 @@ pub(crate) fn same_mean() -> Result<Findings, Failure> {
     })
 }
 
-/// The second question: the jitter margin of the scripted policy at 50 Hz.
+/// Returns the second question: the jitter margin of the scripted policy at 50 Hz.
 pub(crate) fn margin() -> Result<Findings, Failure> {
     let margin = control_loop()?.jitter_margin()?.map(|margin| margin.jitter);
     let none = || Failure::Unmeasured("the loop has no jitter margin".to_owned());
-    let margin = margin.ok_or_else(none)?;
-    let whole = margin.as_millis();
+    let longest = margin.ok_or_else(none)?;
+    let whole = longest.as_millis();
     let jitters = [whole / 2, whole, 2 * whole, 4 * whole];
     let groups = delayed(jitters.map(|jitter| format!("0..{jitter}")))?;
     let [_, _, twice, four] = &groups;
     let labels = ["half the margin", "the margin", "twice", "four times"];
-    let margin_ms = margin.as_secs_f64() * 1e3;
+    let margin_ms = longest.as_secs_f64() * 1e3;
     let own = Measurement::new("jitter margin (ms)", margin_ms);
     let fell = twice.runs.len() - twice.up();
     Ok(Findings {

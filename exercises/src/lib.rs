@@ -97,22 +97,22 @@ static QUESTIONS: LazyLock<Vec<Exercise>> = LazyLock::new(|| {
     texts.questions.into_iter().filter_map(exercise).collect()
 });
 
-/// The questions of all exercises in their order.
+/// Returns the questions of all exercises in their order.
 pub fn questions() -> impl ExactSizeIterator<Item = &'static Exercise> {
     QUESTIONS.iter()
 }
 
-/// The questions of the exercise with this number, counted from one.
+/// Returns the questions of the exercise with this number, counted from one.
 pub fn parts(number: u32) -> impl Iterator<Item = &'static Exercise> {
     questions().filter(move |question| question.brief().number == number)
 }
 
-/// The exercise with this number: its first question.
+/// Returns the exercise with this number: its first question.
 pub fn find(number: u32) -> Option<&'static Exercise> {
     parts(number).next()
 }
 
-/// What `label` names: an exercise with all its questions, such as `6`, or one question,
+/// Returns what `label` names: an exercise with all its questions, such as `6`, or one question,
 /// such as `6b`; nothing if there is none.
 pub fn named(label: &str) -> Vec<&'static Exercise> {
     match label.parse() {
@@ -123,22 +123,22 @@ pub fn named(label: &str) -> Vec<&'static Exercise> {
     }
 }
 
-/// The next question for a learner: the first one of the path without a prediction, or else the
-/// first one of all.
+/// Returns the next question for a learner: the first one of the path without a prediction, or else
+/// the first one of all.
 pub fn next(answers: &Answers) -> Option<&'static Exercise> {
     let is_open = |question: &&Exercise| answers.get(question.brief()).is_none();
     let mut path = questions().filter(|question| question.brief().path);
     path.find(is_open).or_else(|| questions().find(is_open))
 }
 
-/// Whether there is a first prediction for each question whose answer the limits of the push age
-/// on the screen give away.
+/// Returns whether there is a first prediction for each question whose answer the limits of the
+/// push age on the screen give away.
 pub fn has_found_limits(answers: &Answers) -> bool {
     let mut asked = questions().filter(|question| question.brief().asks_limits);
     asked.all(|question| answers.first(question.brief()).is_some())
 }
 
-/// The labels of all questions.
+/// Returns the labels of all questions.
 pub fn labels() -> String {
     let labels: Vec<String> = questions()
         .map(|question| question.brief().label())

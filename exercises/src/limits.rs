@@ -84,7 +84,7 @@ impl Minute {
 
 impl LimitTrial {
     fn run(hz: Hz) -> Result<Self, Failure> {
-        let theory = Stability::of(Rates {
+        let theory = Stability::for_rates(Rates {
             sensor: Hz::new(CONTROL_HZ)?,
             control: hz,
         })?;
@@ -105,18 +105,18 @@ impl LimitTrial {
         })
     }
 
-    /// Number of starts with the pole up after the usual time.
+    /// Returns the number of starts with the pole up after the usual time.
     fn up(&self) -> usize {
         let up = self.minutes.iter().filter(|run| run.lasted_s > USUAL_S);
         up.count()
     }
 
-    /// Number of starts with the pole up after a minute.
+    /// Returns the number of starts with the pole up after a minute.
     fn still_up(&self) -> usize {
         self.minutes.iter().filter(|run| run.balanced).count()
     }
 
-    /// The amplitude of the swing of these (degrees); `None` if there are none.
+    /// Returns the amplitude of the swing of these (degrees); `None` if there are none.
     fn swing_deg(&self) -> Option<f64> {
         let up = self.minutes.iter().filter(|run| run.balanced);
         up.map(|run| run.swing_deg).reduce(f64::max)
@@ -136,12 +136,12 @@ impl LimitTrial {
             .into_iter()
             .filter_map(|(what, figure)| Some((what, figure?)));
         known
-            .flat_map(|figure| Measurement::of(self.hz, [figure]))
+            .flat_map(|figure| Measurement::list(self.hz, [figure]))
             .collect()
     }
 }
 
-/// The time from the slowing to the first clipped action (s).
+/// Returns the time from the slowing to the first clipped action (s).
 fn clipped_s(run: &RecordedRun, slowed: Time) -> Option<f64> {
     let mut steps = run.steps.iter().skip_while(|step| step.stamp < slowed);
     let clipped = steps.find(|step| step.data.action.0.abs() >= 1.0)?;
@@ -151,7 +151,7 @@ fn clipped_s(run: &RecordedRun, slowed: Time) -> Option<f64> {
 fn table(trials: &[LimitTrial]) -> Table {
     let or_dash = |text: Option<String>| text.unwrap_or_else(|| "–".to_owned());
     let of_starts = |up: usize, trial: &LimitTrial| format!("{up} of {}", trial.minutes.len());
-    Table::of(
+    Table::from_items(
         trials,
         &[
             ("control", &|trial| trial.hz.to_string()),

@@ -15,7 +15,7 @@ const RATES: [f64; 8] = [50.0, 30.0, 25.0, 20.0, 15.0, 12.0, 10.0, 7.0];
 const ASKED: f64 = 30.0;
 
 pub(crate) fn measure() -> Result<Findings, Failure> {
-    let pairs = Pair::of_rates(&RATES, schedule)?;
+    let pairs = Pair::for_rates(&RATES, schedule)?;
     let asked = asked(&pairs, |pair| pair.hz.get() == ASKED)?;
     Ok(Findings {
         table: table(&pairs),
@@ -40,14 +40,14 @@ fn schedule(nodes: &mut Nodes, control: Hz, end: Time) -> Result<(), Failure> {
     failure.map_or(Ok(()), Err)
 }
 
-/// Whether the clock of the exercise does something else than the lab's.
+/// Returns whether the clock of the exercise does something else than the lab's.
 fn differs(pair: &&Pair) -> bool {
     let bits = |run: &TimedRun| (run.latency_ms.to_bits(), run.steps);
     bits(&pair.other) != bits(&pair.exact)
 }
 
 fn measurements(pair: &Pair) -> [Measurement; 2] {
-    Measurement::of(
+    Measurement::list(
         format_args!("{}, the lab", pair.hz),
         [
             ("mean latency (ms)", pair.exact.latency_ms),
@@ -58,7 +58,7 @@ fn measurements(pair: &Pair) -> [Measurement; 2] {
 
 fn table(pairs: &[Pair]) -> Table {
     let sign = |pair: &Pair| if differs(&pair) { "✖" } else { "✓" }.to_owned();
-    Table::of(
+    Table::from_items(
         pairs,
         &[
             ("control", &|pair| pair.hz.to_string()),

@@ -29,7 +29,7 @@ const COMMITTED: &str = "committed";
 /// Standard deviations of a force on the cart (N).
 const FORCES: [&str; 6] = ["0", "0.5", "1", "1.5", "2", "2.5"];
 
-/// The first question: whether a chunk is enough.
+/// Returns the first question: whether a chunk is enough.
 pub(crate) fn chunk() -> Result<Findings, Failure> {
     let groups = survey(own_world("chunk 50")?, "takes policy", TIMES, STARTS)?;
     let up = asked(&groups, |group| group.value == "200")?;
@@ -52,7 +52,7 @@ pub(crate) fn chunk() -> Result<Findings, Failure> {
     })
 }
 
-/// The second question: what the policy must know.
+/// Returns the second question: what the policy must know.
 pub(crate) fn knowledge() -> Result<Findings, Failure> {
     let mut groups = Vec::new();
     for (knob, value) in CHANGES {
@@ -61,8 +61,10 @@ pub(crate) fn knowledge() -> Result<Findings, Failure> {
             groups.push(group);
         }
     }
-    let saves = groups.iter().position(KnobRuns::all_up);
-    let saves = saves.ok_or_else(|| Failure::Unmeasured("nothing saves it".to_owned()))?;
+    let saves = groups
+        .iter()
+        .position(KnobRuns::all_up)
+        .ok_or_else(|| Failure::Unmeasured("nothing saves it".to_owned()))?;
     let refuted = groups
         .iter()
         .map(|group| format!("With {}, {} stayed up.", group.value, group.up_of()));
@@ -84,7 +86,7 @@ pub(crate) fn knowledge() -> Result<Findings, Failure> {
     })
 }
 
-/// The third question: what no plan can know.
+/// Returns the third question: what no plan can know.
 pub(crate) fn disturbed() -> Result<Findings, Failure> {
     let base = own_world(&format!("{THINKS}, plan {COMMITTED}"))?;
     let late = survey(base, "disturb", FORCES, STARTS)?;
@@ -92,7 +94,7 @@ pub(crate) fn disturbed() -> Result<Findings, Failure> {
     let (bears, too_much) = edge(&late, |group| 2 * group.up() >= group.runs.len())?;
     let rows: Vec<_> = late.iter().zip(&at_once).collect();
     Ok(Findings {
-        table: Table::of(
+        table: Table::from_items(
             &rows,
             &[
                 ("force", &|(late, _)| format!("{} N", late.value)),
@@ -125,7 +127,7 @@ pub(crate) fn disturbed() -> Result<Findings, Failure> {
 }
 
 fn table(head: &str, name: impl Fn(&KnobRuns) -> String, groups: &[KnobRuns]) -> Table {
-    Table::of(
+    Table::from_items(
         groups,
         &[
             (head, &name),

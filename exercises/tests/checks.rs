@@ -100,14 +100,16 @@ const EDGES: [Edges; 19] = [
 
 #[test]
 fn a_prediction_is_right_within_the_tolerance_that_the_question_states() {
-    let asked = questions().map(|question| question.brief());
-    let asked = asked.filter(|brief| brief.choices.is_empty());
+    let asked = questions()
+        .map(|question| question.brief())
+        .filter(|brief| brief.choices.is_empty());
     let asked: Vec<String> = asked.map(|brief| brief.label()).collect();
     assert_eq!(asked, EDGES.map(|(label, ..)| label));
     for (label, right, wrong) in EDGES {
         let brief = exercises::named(label)[0].brief();
-        let all = findings(brief.number).iter();
-        let mut all = all.filter(|(question, _)| question.brief().name == brief.name);
+        let mut all = findings(brief.number)
+            .iter()
+            .filter(|(question, _)| question.brief().name == brief.name);
         let (_, measured) = all.next().expect(label);
         let judged = |number: f64| {
             let prediction = Prediction::new(number, "of it").expect("finite");
@@ -142,8 +144,8 @@ const ROWS: usize = 23;
 #[test]
 fn a_result_fits_on_a_terminal_of_80_by_24() {
     for (question, findings) in (1..=13).flat_map(findings) {
-        let prediction = Prediction::new(5.0, "it takes as long as that, or so it seems to me");
-        let prediction = prediction.expect("finite");
+        let prediction =
+            Prediction::new(5.0, "it takes as long as that, or so it seems to me").expect("finite");
         let text = findings.reconcile(question.brief(), &prediction);
         let lines = text.lines().map(|line| wrapped(line, 80)).sum::<usize>();
         // An empty line and the next step follow.

@@ -386,7 +386,7 @@ fn a_prediction_is_compared_with_the_measurement() {
 
 #[test]
 fn a_table_is_as_wide_as_its_widest_cells() {
-    let table = Table::of(
+    let table = Table::from_items(
         &["50 Hz"],
         &[
             ("a", &|hz| (*hz).to_owned()),
@@ -424,7 +424,7 @@ fn a_wrong_choice_is_answered_with_what_refutes_it() {
 #[test]
 fn a_prediction_is_drawn_into_the_table() {
     let rates = ["50 Hz", "10 Hz", "5 Hz"];
-    let table = Table::of(
+    let table = Table::from_items(
         &rates,
         &[
             ("rate", &|hz| (*hz).to_owned()),
@@ -558,8 +558,8 @@ fn the_first_prediction_is_kept_when_it_is_made_again() {
         assert_eq!(answers.get(&BRIEF), None);
         answers.set(&BRIEF, predict(text));
         answers = kept.again(&answers);
-        let numbers = [answers.first(&BRIEF), answers.get(&BRIEF)];
-        let numbers = numbers.map(|known| known.map(|known| known.number()));
+        let numbers = [answers.first(&BRIEF), answers.get(&BRIEF)]
+            .map(|known| known.map(|known| known.number()));
         assert_eq!(numbers, [Some(8.0), Some(predict(text).number())]);
     }
     assert_eq!(answers.redone(&BRIEF), Some(&predict("6 because I know")));

@@ -51,10 +51,12 @@ impl PlayedRun {
     fn pole(&self) -> &str {
         let angles = self.steps.iter().map(|step| step.data.qpos[1].abs());
         let widest = angles.fold(0.0, f64::max).to_degrees();
-        match self.summary.verdict.is_lost() {
-            true => "fell",
-            false if widest > DANGER_DEG => "in danger",
-            false => "safe",
+        if self.summary.verdict.is_lost() {
+            "fell"
+        } else if widest > DANGER_DEG {
+            "in danger"
+        } else {
+            "safe"
         }
     }
 }

@@ -1,12 +1,15 @@
 //! Command lines to copy into a shell.
 
-/// The command line of these `words`.
+/// Returns the command line of these `words`.
 pub fn command_line<W: AsRef<str>>(words: impl IntoIterator<Item = W>) -> String {
-    let words = words.into_iter().map(|word| quoted(word.as_ref()));
-    words.collect::<Vec<_>>().join(" ")
+    words
+        .into_iter()
+        .map(|word| quoted(word.as_ref()))
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
-/// A word as a shell reads it.
+/// Returns a word as a shell reads it.
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "_-./:=,@%+".contains(c);
     match word {

@@ -2,11 +2,15 @@
 
 use crate::printable::in_line;
 
-/// A row with these cells, printable, and quoted by RFC 4180 where a comma or a quote is in one.
+/// Returns a row with these cells, printable, and quoted by RFC 4180 where a comma or a quote is in
+/// one.
 pub fn row_of(cells: impl IntoIterator<Item = String>) -> String {
-    let cells = cells.into_iter().map(|cell| match in_line(&cell) {
-        cell if cell.contains([',', '"']) => format!("\"{}\"", cell.replace('"', "\"\"")),
-        cell => cell,
-    });
-    cells.collect::<Vec<_>>().join(",")
+    cells
+        .into_iter()
+        .map(|cell| match in_line(&cell) {
+            cell if cell.contains([',', '"']) => format!("\"{}\"", cell.replace('"', "\"\"")),
+            cell => cell,
+        })
+        .collect::<Vec<_>>()
+        .join(",")
 }

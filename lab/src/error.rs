@@ -76,13 +76,15 @@ pub enum Error {
 }
 
 impl Error {
-    /// A recording, called `file`, whose run did not come again.
+    /// Creates the error for a recording called `file` that differs from its repetition.
     pub fn unverified(file: impl ToString, why: VerifyError) -> Self {
-        let file = file.to_string();
-        Self::Unverified { file, why }
+        Self::Unverified {
+            file: file.to_string(),
+            why,
+        }
     }
 
-    /// An error if `--at` is a moment after the end of `recording`.
+    /// Returns an error if `--at` is a moment after the end of `recording`.
     pub fn if_after_end(at: Time, recording: &Recording) -> Result<(), Self> {
         let end = recording.until;
         if at <= end {
@@ -93,7 +95,7 @@ impl Error {
         )))
     }
 
-    /// A file or folder that cannot be created: bad input, with the name of the `option`.
+    /// Creates the error for a file or folder that cannot be created: bad input, with the `option`.
     pub fn unwritable(option: &str, path: &Path, why: &io::Error) -> Self {
         let what = match why.kind() {
             ErrorKind::NotFound => "there is no such folder: make it first".to_owned(),
@@ -106,7 +108,7 @@ impl Error {
         Self::BadInput(format!("{option} {}: {what}", path.display()))
     }
 
-    /// An error for a command that this program was built without.
+    /// Creates an error for a command that this program was built without.
     #[cfg(not(feature = "network"))]
     pub fn without_network(command: &str) -> Self {
         Self::BadInput(format!(
@@ -115,7 +117,8 @@ impl Error {
         ))
     }
 
-    /// An error if only `done` of `all` are done, such as `runs`, because somebody asked for a stop.
+    /// Returns an error if only `done` of `all` are done, such as `runs`, because somebody asked
+    /// for a stop.
     pub fn if_stopped(done: usize, all: usize, what: &str) -> Result<(), Self> {
         if done == all {
             return Ok(());
@@ -125,7 +128,7 @@ impl Error {
         )))
     }
 
-    /// An error for a damaged recording, of which only the intact part was read.
+    /// Returns an error for a damaged recording, of which only the intact part was read.
     pub fn if_damaged(recording: &Recording) -> Result<(), Self> {
         match recording.defect() {
             Some(defect) => {
@@ -136,7 +139,7 @@ impl Error {
         }
     }
 
-    /// Whether Ctrl-C ended a verification.
+    /// Returns whether Ctrl-C ended a verification.
     pub fn is_stop(&self) -> bool {
         match self {
             Self::Unverified { why, .. } => matches!(why, VerifyError::Stopped),

@@ -7,7 +7,7 @@ use directories::ProjectDirs;
 /// Name of the file that remembers it.
 const FILE: &str = "started";
 
-/// Whether the lab was never open before, as far as this machine remembers.
+/// Returns whether the lab was never open before, as far as this machine remembers.
 pub fn is_first() -> bool {
     mark().is_some_and(|mark| !mark.exists())
 }

@@ -10,16 +10,16 @@ use ratelab_study::{
 
 use crate::{error::Error, output::note, program::Program};
 
-/// `program` with the system of the graph file at `path`, changed by `with`, which may have its own
-/// system in the middle.
+/// Returns `program` with the system of the graph file at `path`, changed by `with`, which may have
+/// its own system in the middle.
 ///
 /// # Errors
 /// [`Error::BadInput`] for an unreadable file or an error in it.
 pub fn open(program: &Program, path: &Path, with: &[String]) -> Result<Program, Error> {
     let text = file::read_text(path, MOST_BYTES as u64);
     let name = path.display().to_string();
-    let text = text.map_err(|why| Error::BadInput(format!("{name}: {why}")))?;
-    let (program, left_out) = program.of_text(&name, text, with)?;
+    let graph = text.map_err(|why| Error::BadInput(format!("{name}: {why}")))?;
+    let (program, left_out) = program.with_graph_text(&name, graph, with)?;
     if !left_out.is_empty() {
         let keys = left_out.join(", ");
         note(&format!(
@@ -38,14 +38,14 @@ impl Program {
     pub fn with(&self, with: &[String]) -> Result<Self, Error> {
         let text = self.system.about().graph_file.filter(|_| !with.is_empty());
         match text {
-            Some(text) => Ok(self.of_text("--with", text.to_owned(), with)?.0),
+            Some(text) => Ok(self.with_graph_text("--with", text.to_owned(), with)?.0),
             None => Ok(self.clone()),
         }
     }
 
-    /// The program with the graph of `text`, from the file called `name`, changed by `with`, and the
-    /// keys that this left out.
-    fn of_text(
+    /// Returns the program with the graph of `text`, from the file called `name`, changed by
+    /// `with`, and the keys that this left out.
+    fn with_graph_text(
         &self,
         name: &str,
         mut text: String,
@@ -53,8 +53,8 @@ impl Program {
     ) -> Result<(Self, Vec<String>), Error> {
         let mut left_out = Vec::new();
         for change in with {
-            let changed = changed(&text, change);
-            let changed = changed.map_err(|why| Error::BadInput(format!("--with {why}")))?;
+            let changed =
+                changed(&text, change).map_err(|why| Error::BadInput(format!("--with {why}")))?;
             text = changed.text;
             left_out.extend(changed.left_out);
         }
@@ -62,10 +62,13 @@ impl Program {
             [] => Error::BadInput(format!("{name}:{line}:{column}: {what}")),
             with => Error::BadInput(format!("{name} --with {:?}: {what}", with.join("; "))),
         };
-        let graph = GraphFile::parse(&text).map_err(wrong)?;
-        let graph = graph.map_settings(with_durations).map_err(wrong)?;
-        let system = graph.system(slice::from_ref(&self.built_in));
-        let system = system.map_err(wrong)?;
+        let graph = GraphFile::parse(&text)
+            .map_err(wrong)?
+            .map_settings(with_durations)
+            .map_err(wrong)?;
+        let system = graph
+            .system(slice::from_ref(&self.built_in))
+            .map_err(wrong)?;
         system.check_settings().map_err(wrong)?;
         let program = Self {
             system: Arc::new(system),

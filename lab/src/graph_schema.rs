@@ -6,14 +6,15 @@ use ratelab_study::graph_file::format::{
 };
 use serde_json::{Map, Value, json};
 
-/// The schema.
+/// Returns the schema.
 pub fn schema() -> Value {
     let [top, sections @ ..] = &SECTIONS;
     let mut schema = object(top);
     for section in sections {
-        schema["properties"][section.name] = match section.named {
-            true => json!({ "type": "object", "additionalProperties": object(section) }),
-            false => object(section),
+        schema["properties"][section.name] = if section.named {
+            json!({ "type": "object", "additionalProperties": object(section) })
+        } else {
+            object(section)
         };
     }
     schema["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
@@ -21,7 +22,7 @@ pub fn schema() -> Value {
     schema
 }
 
-/// A section as an object.
+/// Returns a section as an object.
 fn object(section: &FileSection) -> Value {
     let keys = section.keys.iter();
     let properties: Map<String, Value> = keys
@@ -49,7 +50,7 @@ fn property(key: &FormatKey) -> Value {
     property
 }
 
-/// The values of a form.
+/// Returns the values of a form.
 fn values(form: Form) -> Value {
     match form {
         Form::Text(_) => json!({ "type": "string" }),
@@ -79,7 +80,7 @@ mod tests {
 
     const PAGE: &str = include_str!("../../docs/graphs.md");
 
-    /// The keys of all sections as a table in Markdown.
+    /// Returns the keys of all sections as a table in Markdown.
     fn table() -> String {
         let mut rows = vec![
             "| section | key | what it is |".to_owned(),
@@ -119,9 +120,10 @@ mod tests {
         let schema = schema();
         for section in &SECTIONS[1..] {
             let section_schema = &schema["properties"][section.name];
-            let object = match section.named {
-                true => &section_schema["additionalProperties"],
-                false => section_schema,
+            let object = if section.named {
+                &section_schema["additionalProperties"]
+            } else {
+                section_schema
             };
             for key in section.keys {
                 assert_eq!(object["properties"][key.name]["description"], key.help);

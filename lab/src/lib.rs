@@ -2,7 +2,7 @@
 //! `main` of your own crate provides them all.
 //!
 //! Stands on all other crates. `commands/` has a file or folder for each command, on options (`cli/`),
-//! `output/` and `sweep/`; `network/` has those for the graph in several processes. Begin with
+//! `output/` and `sweep/`; `network/` has the commands for several processes. Begin with
 //! `program.rs`.
 //!
 //! ```no_run
@@ -98,7 +98,7 @@ pub fn course() -> ExitCode {
 }
 
 /// Plays a run of `system` on another runtime in the dashboard if there is a terminal, and
-/// compares every message and tick with those of the same run on this runtime: prints the
+/// compares every message and tick with the same run on this runtime: prints the
 /// result. The exit code is 1 for a difference.
 pub fn show_other_run(system: impl System, run: OtherRun) -> ExitCode {
     let system: Arc<dyn System> = Arc::new(system);
@@ -126,8 +126,9 @@ fn exit_after(work: impl FnOnce() -> Result<(), Error>) -> ExitCode {
 
 fn execute(program: &Program) -> Result<(), Error> {
     let (file, with, args) = cli::take_graph_file(env::args_os());
-    let opened = file.map(|file| graph_file::open(program, &file, &with));
-    let opened = opened.transpose()?;
+    let opened = file
+        .map(|file| graph_file::open(program, &file, &with))
+        .transpose()?;
     let program = opened.as_ref().unwrap_or(program);
     match cli::parse(program, args) {
         Ok(command) => commands::execute(program, command),

@@ -3,7 +3,7 @@
 use std::{fmt, path::Path};
 
 use ratelab::{ClockKind, Knob, Speed, TickTiming, Time, TimedKnob};
-use ratelab_real_clock::RealtimePriority;
+use ratelab_real_clock::{RealtimeError, RealtimePriority};
 use ratelab_study::{
     experiment::{Config, Experiment},
     file,
@@ -49,7 +49,7 @@ pub const RUN: Defaults = Defaults {
 };
 
 impl Defaults {
-    /// The defaults of a run that is on the virtual clock only, for a reason.
+    /// Creates the defaults of a run that is on the virtual clock only, for a reason.
     pub const fn virtual_only(why: &'static str) -> Self {
         Self {
             clock: ClockKind::Virtual,
@@ -58,7 +58,7 @@ impl Defaults {
         }
     }
 
-    /// The configuration without options.
+    /// Returns the configuration without options.
     pub fn config(&self) -> Config {
         Config {
             clock: self.clock,
@@ -70,7 +70,7 @@ impl Defaults {
 }
 
 /// The largest file of knobs accepted (bytes): enough for about a million.
-const MOST_KNOBS: u64 = 16 << 20;
+const MAX_KNOBS: u64 = 16 << 20;
 
 /// Run time of `--smoke`.
 const SMOKE: Time = Time::from_nanos(2_000_000_000);
@@ -109,8 +109,11 @@ pub fn graph(
     if let (Some(ClockArg::Real), Some(why)) = (args.clock, defaults.virtual_only) {
         return Err(Error::BadInput(why.to_owned()));
     }
-    let like = args.like.as_deref().map(|file| like::read(program, file));
-    let like = like.transpose()?;
+    let like = args
+        .like
+        .as_deref()
+        .map(|file| like::read(program, file))
+        .transpose()?;
     let usual = match &like {
         Some(like) => like.config.clone(),
         None => defaults.config(),
@@ -141,7 +144,7 @@ pub fn graph(
     Ok((config, like))
 }
 
-/// A note of the given knobs that are without effect under the clock of the run, if there are any.
+/// Returns a note about given knobs that have no effect under the clock of the run, if any.
 fn ignored(config: &Config) -> Option<String> {
     let timed = config.knobs.iter().map(|timed| &timed.knob);
     let given = config.setup.iter().chain(timed);
@@ -153,19 +156,28 @@ fn ignored(config: &Config) -> Option<String> {
     })
 }
 
-/// The knobs in the options, each with a prefix for its errors; later ones have precedence.
+/// Returns the knobs in the options, each with a prefix for its errors; later ones have precedence.
 fn settings(program: &Program, args: &GraphArgs) -> Result<Vec<(String, Vec<Knob>)>, Error> {
-    let aliases = args.system.given.iter();
-    let aliases = aliases.map(|(name, knobs)| Ok((format!("--{name} "), knobs.clone())));
-    let broken = program.system.about().broken.filter(|_| args.system.broken);
-    let broken = broken.map(|knob| read_knob(program, "--break", knob));
-    let knobs = args.knob.iter();
-    let knobs = knobs.map(|knob| read_knob(program, "--knob", knob));
+    let aliases = args
+        .system
+        .given
+        .iter()
+        .map(|(name, knobs)| Ok((format!("--{name} "), knobs.clone())));
+    let broken = program
+        .system
+        .about()
+        .broken
+        .filter(|_| args.system.broken)
+        .map(|knob| read_knob(program, "--break", knob));
+    let knobs = args
+        .knob
+        .iter()
+        .map(|knob| read_knob(program, "--knob", knob));
     let timing = timing(&args.timing).map(Ok);
     aliases.chain(broken).chain(timing).chain(knobs).collect()
 }
 
-/// The world in the options, or else the `usual` one.
+/// Returns the world in the options, or else the `usual` one.
 ///
 /// # Errors
 /// [`Error::BadInput`] for an invalid step.
@@ -180,7 +192,7 @@ pub fn world(args: &TimingArgs, usual: WorldKind) -> Result<WorldKind, Error> {
     world.map_err(|why| Error::BadInput(format!("--world-step-ms: {why}")))
 }
 
-/// The knobs with options of their own, each with a prefix for its errors.
+/// Returns the knobs with options of their own, each with a prefix for its errors.
 pub fn timing(args: &TimingArgs) -> impl Iterator<Item = (String, Vec<Knob>)> + use<'_> {
     let knobs = args.takes.iter().chain(&args.offset);
     knobs.map(|knob| (format!("--{}: ", knob.kind().name()), vec![knob.clone()]))
@@ -252,28 +264,28 @@ fn check_clock(args: &GraphArgs, clock: ClockKind) -> Result<(), Error> {
 fn read_knobs(program: &Program, config: &Config, path: &Path) -> Result<Vec<TimedKnob>, Error> {
     let refused =
         |why: &dyn fmt::Display| Error::BadInput(format!("--knobs {}: {why}", path.display()));
-    let text = file::read_text(path, MOST_KNOBS).map_err(|why| refused(&why))?;
-    let lines = program.knobs().parse_lines(&text);
-    let lines = lines.map_err(|error| refused(&error))?.into_iter();
+    let text = file::read_text(path, MAX_KNOBS).map_err(|why| refused(&why))?;
+    let lines = program
+        .knobs()
+        .parse_lines(&text)
+        .map_err(|error| refused(&error))?
+        .into_iter();
     // Whatever is wrong with the options is found where the run is built.
     let graph = Experiment::new(program.system.clone(), config).ok();
     let knobs = lines.map(|(line, TimedKnob { at, knob })| {
-        let knob = resolved(program, config.seed, &config.setup, knob);
-        let knob = knob.and_then(|knob| {
-            let known = graph.as_ref().map_or(Ok(()), |graph| graph.check(&knob));
-            known.map(|()| knob).map_err(|why| why.to_string())
-        });
-        let knob = knob.map_err(|why| refused(&format_args!("line {line}: {why}")))?;
+        let knob = resolved(program, config.seed, &config.setup, knob)
+            .and_then(|knob| {
+                let known = graph.as_ref().map_or(Ok(()), |graph| graph.check(&knob));
+                known.map(|()| knob).map_err(|why| why.to_string())
+            })
+            .map_err(|why| refused(&format_args!("line {line}: {why}")))?;
         Ok(TimedKnob { at, knob })
     });
     knobs.collect()
 }
 
 /// Requests real-time priority if the options ask for it; returns the result.
-pub fn realtime(args: &GraphArgs) -> Option<Result<RealtimePriority, String>> {
+pub fn realtime(args: &GraphArgs) -> Option<Result<RealtimePriority, RealtimeError>> {
     let asked = args.realtime.then(RealtimePriority::request)?;
-    Some(asked.map_err(|refusal| {
-        note(&format!("--realtime: {refusal}"));
-        refusal.to_string()
-    }))
+    Some(asked.inspect_err(|refusal| note(&format!("--realtime: {refusal}"))))
 }

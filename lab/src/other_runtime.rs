@@ -13,13 +13,13 @@ use crate::{
     screen::{quit_on_signal, theme},
 };
 
-/// Frames per second at the most.
+/// Maximum frames per second.
 const FPS: u32 = 30;
 
 /// Plays `run` in the dashboard if there is a terminal; then compares every message and tick
-/// with those of our runtime, and prints the result.
+/// with the run on our runtime, and prints the result.
 pub fn show(system: &Arc<dyn System>, run: OtherRun) -> Result<(), Error> {
-    let recording = Arc::new(Recording::of_other_runtime(run, system)?);
+    let recording = Arc::new(Recording::from_other_runtime(run, system)?);
     if ratelab_screen::terminal_is_there() {
         let options = Options {
             fps: FPS,
@@ -33,7 +33,7 @@ pub fn show(system: &Arc<dyn System>, run: OtherRun) -> Result<(), Error> {
     let name = shown(&recording.path);
     let identical = verify(&recording, system, VerifyWith::default(), |_| {
         ControlFlow::Continue(())
-    });
-    let identical = identical.map_err(|why| Error::unverified(&name, why))?;
+    })
+    .map_err(|why| Error::unverified(&name, why))?;
     print_line(&format!("{name}: {identical}"))
 }

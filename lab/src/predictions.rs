@@ -16,11 +16,13 @@ const FOLDER: &str = "exercises";
 /// A file that distinguishes this folder from others of the same name.
 const MARK: &str = "bands.toml";
 
-/// The file `named`, or else the one of the current clone, or else the one of this user,
-/// or else one in the current folder.
+/// Returns the file `named`, or else the one of the current clone, or else the one of this user, or
+/// else one in the current folder.
 pub fn answers_file(named: Option<&Path>) -> PathBuf {
-    let named = named.map(Path::to_owned);
-    let file = named.or_else(in_the_clone).or_else(of_the_user);
+    let file = named
+        .map(Path::to_owned)
+        .or_else(in_the_clone)
+        .or_else(user_file);
     file.unwrap_or_else(|| PathBuf::from(FILE))
 }
 
@@ -32,7 +34,7 @@ fn in_the_clone() -> Option<PathBuf> {
 }
 
 /// Such as `~/.local/share/ratelab/answers.toml`; `None` without a home folder.
-fn of_the_user() -> Option<PathBuf> {
+fn user_file() -> Option<PathBuf> {
     let folders = ProjectDirs::from("", "", "ratelab")?;
     Some(folders.data_dir().join(FILE))
 }

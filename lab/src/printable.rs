@@ -15,7 +15,7 @@ const KEPT: (usize, usize) = (500, 300);
 /// path has.
 const LONGEST_WORD: usize = 250;
 
-/// `text` with the middle of longer words left out.
+/// Returns `text` with the middle of longer words left out.
 fn with_short_words(text: &str) -> String {
     let short = |word: &str| {
         let length = word.chars().count();
@@ -33,7 +33,7 @@ fn with_short_words(text: &str) -> String {
     words.join(" ")
 }
 
-/// `text` in one line of limited length, with control characters escaped.
+/// Returns `text` in one line of limited length, with control characters escaped.
 pub fn one_line(text: &str) -> String {
     let text = &with_short_words(text);
     let length = text.chars().count();
@@ -53,19 +53,19 @@ pub fn one_line(text: &str) -> String {
     )
 }
 
-/// `path` as it is printed, without characters that control a terminal.
+/// Returns `path` as it is printed, without characters that control a terminal.
 pub fn shown(path: &Path) -> String {
     in_line(&path.display().to_string())
 }
 
-/// `text` as it is, but for control characters: the ends of lines stay.
+/// Returns `text` as it is, but for control characters: the ends of lines stay.
 pub fn in_lines(text: &str) -> String {
     let lines: Vec<String> = text.split('\n').map(in_line).collect();
     lines.join("\n")
 }
 
-/// `text` as it is, but for control characters: the ends of lines and colours stay. Whoever made
-/// the colours has made the texts of others printable before.
+/// Returns `text` as it is, but for control characters: the ends of lines and colours stay. Whoever
+/// made the colours has made the texts of others printable before.
 pub fn in_coloured_lines(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     let mut rest = text;
@@ -85,7 +85,8 @@ pub fn in_coloured_lines(text: &str) -> String {
     safe
 }
 
-/// Length of the escape sequence for a colour at the beginning of `text`; 0 without one.
+/// Returns the length of the escape sequence for a colour at the beginning of `text`; 0 without
+/// one.
 fn colour_length(text: &str) -> usize {
     let digits = |c: char| c.is_ascii_digit() || c == ';';
     let after = text.strip_prefix("\u{1b}[");

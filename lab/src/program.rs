@@ -20,7 +20,7 @@ pub struct Program {
 }
 
 impl Program {
-    /// The program for a system of its own; that of the `course`, or another one.
+    /// Creates the program for a system of its own; that of the `course`, or another one.
     pub fn new(system: Arc<dyn System>, course: bool) -> Self {
         Self {
             built_in: system.clone(),
@@ -30,8 +30,8 @@ impl Program {
         }
     }
 
-    /// The program for `recording`: of another system if that has a graph file.
-    pub fn of(&self, recording: &Recording) -> Self {
+    /// Returns the program for `recording`: of another system if that has a graph file.
+    pub fn for_recording(&self, recording: &Recording) -> Self {
         let graph = recording.graph_system(&self.system);
         Self {
             course: self.course && graph.is_none(),
@@ -47,7 +47,7 @@ impl Program {
     }
 }
 
-/// The program's name on the command line.
+/// Returns the program's name on the command line.
 pub fn name() -> String {
     let called = env::args_os().next().unwrap_or_default();
     let name = Path::new(&called)

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use ratelab::Knob;
-use ratelab_real_clock::RealtimePriority;
+use ratelab_real_clock::{RealtimeError, RealtimePriority};
 use ratelab_recording::{Destination, FinishedRecording, Recorder, RrdFormat, Source, Viewer};
 use ratelab_study::{
     experiment::{Experiment, Summary, header},
@@ -26,7 +26,7 @@ use crate::{
 /// Name of the file in `--out`.
 const METRICS: &str = "metrics.json";
 
-/// The files to write according to `args`, and the files that `experiment` reads.
+/// Returns the files to write according to `args`, and the files that `experiment` reads.
 ///
 /// # Errors
 /// [`Error::BadInput`] if rows are requested and the system has no states.
@@ -57,20 +57,20 @@ pub fn plan<'a>(args: &'a RunArgs, experiment: &Experiment) -> Result<OutputPlan
     })
 }
 
-/// The destination of recordings according to `args`, if there is one. Without the viewer
-/// of `--rerun` there is a note, and the run goes on without it.
+/// Returns the destination of recordings according to `args`, if any. If the viewer of
+/// `--rerun` is missing, prints a note and goes on without it.
 pub fn destination(args: &RunArgs) -> Option<Destination> {
     let viewer = args.rerun.as_deref().map(Viewer::find);
     if let Some(Err(why)) = &viewer {
         note(&format!("--rerun: {why}; the run goes on without"));
     }
-    let viewer = viewer.and_then(Result::ok);
-    let asked = args.record.is_some() || viewer.is_some();
+    let found = viewer.and_then(Result::ok);
+    let asked = args.record.is_some() || found.is_some();
     let place = args.record.clone().flatten();
-    asked.then(|| destination_of(place, viewer))
+    asked.then(|| destination_of(place, found))
 }
 
-/// Recordings at `place`, or in the default folder, and in a `viewer` if there is one. After a
+/// Returns recordings at `place` or in the default folder, and in a `viewer` if any. After a
 /// signal they end soon.
 pub fn destination_of(place: Option<PathBuf>, viewer: Option<Viewer>) -> Destination {
     let is_overdue = stop_signal::is_overdue;
@@ -84,19 +84,19 @@ pub fn destination_of(place: Option<PathBuf>, viewer: Option<Viewer>) -> Destina
 pub fn record(mut destination: Destination, experiment: &Experiment) -> Result<Recorder, Error> {
     let source = Source {
         notice: note,
-        ..Source::of(experiment)
+        ..Source::for_experiment(experiment)
     };
     Recorder::from_the_start(&mut destination, &source).map_err(record_error)
 }
 
-/// The topics of `experiment` with readers, in the order of a summary.
+/// Returns the topics of `experiment` with readers, in the order of a summary.
 pub fn read_topics(experiment: &Experiment) -> Vec<String> {
     let topics = experiment.observer().snapshot().topics;
     let read = topics.iter().filter(|topic| topic.is_read());
     read.map(|topic| topic.name.to_string()).collect()
 }
 
-/// The files named by `knobs`, by option.
+/// Returns the files named by `knobs`, by option.
 pub fn input_files<'k>(
     system: &dyn System,
     knobs: impl Iterator<Item = &'k Knob>,
@@ -115,10 +115,10 @@ pub fn input_files<'k>(
     files.collect()
 }
 
-/// What is to be printed of a run that was asked for by `args`.
+/// Returns what is to be printed of a run that was asked for by `args`.
 pub fn context(
     args: &RunArgs,
-    realtime: Option<Result<RealtimePriority, String>>,
+    realtime: Option<Result<RealtimePriority, RealtimeError>>,
     csv_lost: u64,
 ) -> ReportContext {
     ReportContext {
@@ -142,7 +142,7 @@ pub fn print_recordings(json: bool, recorded: &[FinishedRecording]) -> Result<()
     Ok(())
 }
 
-/// Writes and prints the results of a run, beside those of the recorded one that it
+/// Writes and prints the results of a run, beside the results of the recorded run that it
 /// is `like`.
 pub fn print_results(
     program: &Program,
@@ -153,7 +153,7 @@ pub fn print_results(
     like: Option<&Like>,
 ) -> Result<(), Error> {
     let system = &*program.system;
-    let mut metrics = json::of(system, summary, context);
+    let mut metrics = json::metrics(system, summary, context);
     metrics.extend(like.map(|of| ("like".to_owned(), like::json(of, summary))));
     let metrics = json::text(metrics);
     outputs.write(&metrics)?;
@@ -166,7 +166,7 @@ pub fn print_results(
             "The summary would name the cause. Answer first: {name} exercise 10"
         ));
     }
-    print_line(&text::of(system, summary, context))?;
+    print_line(&text::render(system, summary, context))?;
     let table = like.map(|of| like::text(system, of, summary));
     table.map_or(Ok(()), |table| print_line(&table))
 }

@@ -24,7 +24,7 @@ use crate::{
     signals,
 };
 
-/// Returns the error `why` if there is no terminal; `instead` is a command to try.
+/// Returns the error `why` without a terminal; `instead` is a command to try.
 pub fn need_terminal(why: &str, instead: &str) -> Result<(), Error> {
     if terminal_is_there() {
         return Ok(());
@@ -113,7 +113,7 @@ pub fn theme(ascii: bool, look: Option<Look>) -> Theme {
     }
 }
 
-/// The background that a terminal states; dark without a statement.
+/// Returns the background that a terminal states; dark without a statement.
 fn guessed(colours: Option<&str>) -> Look {
     let background = colours.and_then(|colours| colours.rsplit(';').next()?.parse().ok());
     match background {

@@ -62,7 +62,7 @@ pub fn prepare() {
     }
 }
 
-/// The signals that are ignored, a bit for each; none where the system does not say so.
+/// Returns the signals that are ignored, a bit for each; none where the system does not say so.
 fn ignored() -> u64 {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mut lines = status.lines();
@@ -152,7 +152,7 @@ pub fn interrupt() -> Interrupt {
     interrupt
 }
 
-/// Whether what goes on is to go on, or somebody has asked for a stop.
+/// Returns whether what goes on is to go on, or somebody has asked for a stop.
 pub fn unless(asked: &Interrupt) -> ControlFlow<()> {
     if asked.is_asked() {
         ControlFlow::Break(())
@@ -161,8 +161,8 @@ pub fn unless(asked: &Interrupt) -> ControlFlow<()> {
     }
 }
 
-/// What `work` returns; `None` if a stop is `asked` for meanwhile: then the work is left to a
-/// thread that ends with the program.
+/// Returns what `work` returns; `None` if a stop is `asked` for meanwhile: then the work is left to
+/// a thread that ends with the program.
 ///
 /// # Errors
 /// An error if the work panicked.

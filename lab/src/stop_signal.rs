@@ -32,7 +32,7 @@ pub fn exit_code() -> Option<u8> {
     code.filter(|_| signal != 0)
 }
 
-/// Whether a signal came so long ago that only what must be done is to be done.
+/// Returns whether a signal came so long ago that only what must be done is to be done.
 pub fn is_overdue() -> bool {
     age() > PATIENCE
 }
@@ -42,7 +42,7 @@ pub fn age() -> Duration {
     FIRST.get().map(Instant::elapsed).unwrap_or_default()
 }
 
-/// The name of `signal`, such as `SIGTERM`.
+/// Returns the name of `signal`, such as `SIGTERM`.
 pub fn name(signal: i32) -> &'static str {
     signal_name(signal).unwrap_or("a signal")
 }

@@ -9,27 +9,26 @@ use ratelab_study::{
     system::{System, WorldKind, depends_on_the_world, plant},
 };
 
-/// Whether the duration, lateness or offset of the ticks of `node` was set at any time of a run; a
-/// hang is of one tick only.
+/// Returns whether the duration, lateness or offset of the ticks of `node` was set at any time of a
+/// run; a hang is of one tick only.
 pub fn has_set_times(summary: &Summary, node: &str) -> bool {
     let sets_time = |kind: KnobKind| kind.is_time() && kind != KnobKind::Hang;
     knobs(summary).any(|knob| sets_time(knob.kind()) && knob.target() == node)
 }
 
-/// Whether a tick of `node` began after it was due.
+/// Returns whether a tick of `node` began after it was due.
 pub fn was_late(node: &NodeAccount) -> bool {
     node.lateness.max() > Some(Duration::ZERO)
 }
 
-/// The knobs turned before and during a run.
+/// Returns the knobs turned before and during a run.
 fn knobs(summary: &Summary) -> impl Iterator<Item = Knob> {
     let before = summary.config.setup.iter().cloned();
     let turned = summary.knobs().into_iter().map(|timed| timed.knob);
     before.chain(turned)
 }
 
-/// A description of a run's world, if it moves by itself or if a turned knob depends on
-/// it.
+/// Returns a description of a run's world, if it moves by itself or if a turned knob depends on it.
 pub fn world(system: &dyn System, summary: &Summary) -> Option<String> {
     match summary.config.world {
         WorldKind::Own { step_ms } => Some(format!(

@@ -50,7 +50,7 @@ fn one_line(kind: ErrorKind, message: &str) -> String {
     }
 }
 
-/// The command at the start of a usage line, such as `ratelab run`.
+/// Returns the command at the start of a usage line, such as `ratelab run`.
 fn command(usage: &str) -> String {
     let mut words = usage.split_whitespace();
     let program = words.next().into_iter();

@@ -13,7 +13,7 @@ const COMMIT: Option<&str> = option_env!("RATELAB_COMMIT");
 /// The day of the commit, such as `2026-03-14`, if it is known.
 pub const DATE: Option<&str> = option_env!("RATELAB_DATE");
 
-/// A line to follow the name.
+/// Returns a line to follow the name.
 pub fn short(program: &Program) -> String {
     let version = version(program);
     match (COMMIT, DATE) {
@@ -45,7 +45,7 @@ pub fn long(program: &Program) -> String {
         ("MuJoCo", mujoco_version()),
         ("rerun", &rerun_version()),
         ("ONNX", onnx),
-    ];
-    let facts = facts.map(|(name, fact)| line(name, fact));
+    ]
+    .map(|(name, fact)| line(name, fact));
     format!("{}\n{}", version(program), facts.join("\n"))
 }

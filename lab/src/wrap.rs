@@ -9,12 +9,12 @@ use textwrap::{Options, WordSplitter, core::display_width};
 const READABLE: usize = 80;
 
 /// Maximum indentation of a wrapped line: the names of a summary are shorter.
-const MOST_INDENT: usize = 16;
+const MAX_INDENT: usize = 16;
 
 /// Units that stay beside their number.
 const UNITS: [&str; 9] = ["s", "ms", "µs", "Hz", "%", "msg/s", "B", "kB", "MB"];
 
-/// `text` with lines of at most `room` columns, if there is a limit. The rest of a line
+/// Returns `text` with lines of at most `room` columns, if there is a limit. The rest of a line
 /// continues below its second column, or its first letter.
 pub fn fitted(text: &str, room: Option<usize>) -> String {
     let Some(room) = room else {
@@ -36,10 +36,10 @@ fn fitted_line(line: &str, room: usize) -> String {
     textwrap::fill(&with_units(line), options).replace(GLUE, " ")
 }
 
-/// Stands for a blank that is no place to break a line; it is no character of any text.
+/// Stands for a blank where a line must not break; no text contains it.
 const GLUE: &str = "\u{fdd0}";
 
-/// `line` with units glued to their numbers, and bars to what they follow.
+/// Returns `line` with units glued to their numbers, and bars to what they follow.
 fn with_units(line: &str) -> String {
     let mut glued = String::with_capacity(line.len());
     for word in line.split_inclusive(' ') {
@@ -56,7 +56,7 @@ fn with_units(line: &str) -> String {
     glued
 }
 
-/// The second column of `line` if there is one near, or else its first letter.
+/// Returns the second column of `line` if it is near, or else its first letter.
 fn indent(line: &str) -> usize {
     let text = line.trim_start();
     let first = line.len() - text.len();
@@ -64,7 +64,7 @@ fn indent(line: &str) -> usize {
         let gap = 2 + text.len() - text.trim_start().len();
         first + display_width(name) + gap
     });
-    if second > MOST_INDENT { first } else { second }
+    if second > MAX_INDENT { first } else { second }
 }
 
 /// Options for lines of `room` columns that are broken at blanks only.
@@ -72,13 +72,13 @@ pub fn options<'a>(room: usize) -> Options<'a> {
     Options::new(room.max(1)).word_splitter(WordSplitter::NoHyphenation)
 }
 
-/// `text` in lines that are easy to read, on any terminal.
+/// Returns `text` in lines that are easy to read, on any terminal.
 pub fn readable(text: &str) -> String {
     let room = room(&io::stdout()).map_or(READABLE, |room| room.min(READABLE));
     textwrap::fill(text, options(room))
 }
 
-/// The number of columns of the terminal that `output` is; `None` if it is none.
+/// Returns the number of columns of the terminal that `output` is; `None` if it is none.
 pub fn room(output: &impl IsTerminal) -> Option<usize> {
     let size = output.is_terminal().then(crossterm::terminal::size)?;
     let (columns, _) = size.ok()?;

@@ -14,11 +14,11 @@ use std::{
 use crate::support::words;
 
 /// Limit of a command's processor time (s).
-const MOST_SECONDS: u64 = 20;
+const MAX_SECONDS: u64 = 20;
 
 /// Limit of a command's address space (kB): far more than it needs, because every thread
 /// reserves some.
-const MOST_MEMORY: u64 = 4 << 20;
+const MAX_MEMORY: u64 = 4 << 20;
 
 /// Maximum time to wait for a command.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -29,7 +29,7 @@ const PATIENCE: Duration = Duration::from_secs(120);
 /// # Panics
 /// If it ends by a signal, such as that of a limit, does not end, or panics.
 pub fn ratelab<S: AsRef<OsStr>>(args: &[S], folder: &Path, home: &Path) -> Output {
-    let limits = format!("ulimit -t {MOST_SECONDS}; ulimit -v {MOST_MEMORY}; exec \"$@\"");
+    let limits = format!("ulimit -t {MAX_SECONDS}; ulimit -v {MAX_MEMORY}; exec \"$@\"");
     let mut command = Command::new("/bin/sh");
     command.args(["-c", &limits, "sh", env!("CARGO_BIN_EXE_ratelab")]);
     command.args(args).current_dir(folder);

@@ -190,9 +190,10 @@ fn a_tick_is_due_at_the_first_nanosecond_at_which_its_clock_shows_it() {
             let (mut before, mut at) = (0, 200_000_000);
             while at - before > 1 {
                 let middle = u64::midpoint(before, at);
-                match shown(middle.into(), nanos) >= due.into() {
-                    true => at = middle,
-                    false => before = middle,
+                if shown(middle.into(), nanos) >= due.into() {
+                    at = middle;
+                } else {
+                    before = middle;
                 }
             }
             at

@@ -47,7 +47,7 @@ fn check_fault(work: fn() -> TickResult, expected: &str) {
         });
         let fault = clock.run(&mut graph, &mut Inbox::default(), Time::MAX);
         let fault = fault.expect_err("a fault");
-        assert_eq!(log.of("sick").last(), Some(&fault.at));
+        assert_eq!(log.ticks("sick").last(), Some(&fault.at));
         assert!(fault.at >= secs(0.02));
         let (node, cause) = ("sick".to_owned(), expected.to_owned());
         let what = EventKind::Faulted { node, cause };

@@ -68,9 +68,10 @@ const EXECUTORS: [&str; 7] = [
 
 /// The pair of cameras, matched and executed as named, with more settings and changes.
 fn stereo(matching: &str, executor: &str, more: &str, changes: &str) -> String {
-    let deadlines = match executor.contains("edf") {
-        true => "trigger = → deadline_ms = 50\ntrigger =",
-        false => "",
+    let deadlines = if executor.contains("edf") {
+        "trigger = → deadline_ms = 50\ntrigger ="
+    } else {
+        ""
     };
     let text = graph_text(
         "stereo",

@@ -4,7 +4,7 @@
 use crate::{
     checkpoint::{content, entries, fixture, zipped},
     clone::root,
-    memory::{MOST_MEMORY, allocations, peak},
+    memory::{MAX_MEMORY, allocations, peak},
     support::*,
 };
 
@@ -84,7 +84,7 @@ fn long_names() -> Vec<u8> {
 fn refused(content: &[u8]) -> String {
     let mut said = String::new();
     let peak = peak(|| said = read_weights(content).expect_err("no policy").to_string());
-    assert!(peak < MOST_MEMORY, "{said}: {peak} bytes");
+    assert!(peak < MAX_MEMORY, "{said}: {peak} bytes");
     said
 }
 
@@ -146,5 +146,5 @@ fn a_storage_much_larger_than_its_tensor_takes_no_more_than_itself() {
     let content = zipped(&entries);
     assert!(content.len() as u64 <= LARGEST_FILE);
     let peak = peak(|| assert!(read_weights(&content).is_ok()));
-    assert!(peak < MOST_MEMORY / 2, "{peak} bytes");
+    assert!(peak < MAX_MEMORY / 2, "{peak} bytes");
 }

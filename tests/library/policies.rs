@@ -152,7 +152,10 @@ fn invalid_files_of_weights_are_refused_with_the_expected_and_actual_content() {
         (huge.display().to_string(), "1099511627776 bytes"),
         (file("empty.pt", b""), "0 bytes are all there is"),
         (file("text.pt", b"no weights at all"), "found none"),
-        (file("half.pt", &half(&whole)), "found a zip that is none"),
+        (
+            file("half.pt", &half(&whole)),
+            "found a zip that is not one",
+        ),
         (file("half.safetensors", &half(&safe)), "found none of them"),
         (fixture("asks.pt"), "asks for \"posix.system\""),
         (fixture("legacy.pt"), "before 1.6"),

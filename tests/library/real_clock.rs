@@ -100,7 +100,7 @@ fn a_new_rate_reaches_a_node_that_waits_for_its_next_tick() {
     assert!(matches!(exit, ClockExit::Ended { node, .. } if node == "sleeper"));
     let set = applied(&graph.state().events(0));
     assert_eq!(set[0].1, command("rate sleeper 100"));
-    let times = log.of("sleeper");
+    let times = log.ticks("sleeper");
     assert!(times[1] >= set[0].0, "ticked before the rate was set");
 }
 
@@ -137,7 +137,7 @@ fn run_time_stands_still_while_paused() {
     assert_eq!((first, second), (second, resumed));
     assert!(resumed < stopped);
     for node in ["a", "b"] {
-        assert!(log.of(node).is_sorted_by(|a, b| a < b));
+        assert!(log.ticks(node).is_sorted_by(|a, b| a < b));
     }
 }
 
@@ -205,7 +205,7 @@ fn a_slow_node_on_its_own_thread_delays_no_other() {
     });
     let exit = run_real(&mut graph, "", Time::MAX);
     assert!(matches!(exit, ClockExit::Ended { node, .. } if node == "waits"));
-    assert_eq!(log.of("waits").len(), 1);
+    assert_eq!(log.ticks("waits").len(), 1);
 }
 
 #[test]

@@ -121,7 +121,7 @@ impl Run {
         Self {
             system: system.clone(),
             config,
-            log: RunLog::of(&observer).log(),
+            log: RunLog::attach(&observer).log(),
             events: observer.events(0),
             topology: observer.topology(),
             topics: topics.collect(),
@@ -354,14 +354,14 @@ fn a_log_that_is_cut_off_is_executed_up_to_there() {
     let run = record(&config, |_, observer, over| {
         while !over.load(Ordering::Relaxed) {
             // Events after the log: it mentions no later ones.
-            let log = RunLog::of(observer).log();
+            let log = RunLog::attach(observer).log();
             cuts.push((log, observer.events(0)));
             thread::sleep(ms(5));
         }
     });
     let mut longest = 0;
     for (log, events) in cuts {
-        let rerun = Rerun::of_torn(&log, &events, &run.topology);
+        let rerun = Rerun::from_torn(&log, &events, &run.topology);
         let mut rerun = rerun.expect("a part of a log");
         let again = run.again(&mut rerun);
         assert_eq!(rerun.difference(), None);

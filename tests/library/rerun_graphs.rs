@@ -28,7 +28,7 @@ fn adders(name: &str) -> (Graph, Arc<Shared<u64>>, Topic<u64>) {
 
 /// Runs `graph` with these commands for so long with a log; its observer.
 fn run_on(clock: &mut dyn Clock, graph: &mut Graph, commands: &str, seconds: f64) -> Observer {
-    RunLog::of(&graph.state());
+    RunLog::attach(&graph.state());
     run_timed(clock, graph, commands, secs(seconds));
     Observer::of(graph)
 }
@@ -130,7 +130,7 @@ fn shared_state_comes_back_in_the_same_order_and_a_node_that_does_something_else
         }
         let again = run_on(&mut rerun, &mut adders("total").0, "", 0.2);
         assert_eq!(rerun.difference(), None);
-        let logs = [&again, &observer].map(|observer| RunLog::of(observer).log());
+        let logs = [&again, &observer].map(|observer| RunLog::attach(observer).log());
         assert_eq!(logs[0], logs[1], "its log is another one");
     }
     let mut rerun = rerun_of(&observer);
@@ -291,7 +291,7 @@ fn a_command_for_a_node_beside_one_in_a_tick_does_not_hang_the_run_that_comes_ba
     };
     let (commander, mut inbox) = Inbox::new(Vec::new());
     let (mut first, end) = (graph(Some(commander)), secs(0.4));
-    RunLog::of(&first.state());
+    RunLog::attach(&first.state());
     let exit = RealClock::default().run(&mut first, &mut inbox, end);
     exit.expect("a run");
     let observer = Observer::of(&first);
@@ -317,7 +317,7 @@ fn a_log_with_messages_for_inputs_that_no_node_has_harms_nobody() {
     bytes.extend([17, 0x80, 0x84, 0xaf, 0x5f, 0]);
     let threads = [(0, vec![1, 0]), (1, bytes), (2, vec![1, 0])];
     let log: Log = threads.into_iter().collect();
-    if let Ok(mut rerun) = Rerun::of_torn(&log, &[], &graph.topology()) {
+    if let Ok(mut rerun) = Rerun::from_torn(&log, &[], &graph.topology()) {
         let exit = rerun.run(&mut again, &mut Inbox::default(), secs(1.0));
         assert_eq!(exit.expect("no panic"), ClockExit::Stopped);
     }

@@ -12,7 +12,7 @@ fn rates(sensor: f64, control: f64) -> Rates {
 }
 
 fn theory(control: f64) -> Stability {
-    Stability::of(rates(50.0, control)).expect("a short hyper-period")
+    Stability::for_rates(rates(50.0, control)).expect("a short hyper-period")
 }
 
 #[test]
@@ -56,14 +56,14 @@ fn the_spectral_radius_is_the_growth_over_one_hyper_period() {
 
 #[test]
 fn a_long_hyper_period_overflows_nothing() {
-    let theory = Stability::of(rates(50.0, 1.001)).expect("exactly the longest");
+    let theory = Stability::for_rates(rates(50.0, 1.001)).expect("exactly the longest");
     assert_eq!(theory.hyper_period, LONGEST);
     assert!(theory.growth().is_finite() && theory.growth() > 5.0);
 }
 
 #[test]
 fn rates_with_a_long_hyper_period_are_refused_with_the_reason() {
-    let refused = Stability::of(rates(50.0, 7.3333)).expect_err("10,000 s");
+    let refused = Stability::for_rates(rates(50.0, 7.3333)).expect_err("10,000 s");
     assert!(matches!(refused, StabilityError::Aperiodic { .. }));
     assert_eq!(
         refused.to_string(),

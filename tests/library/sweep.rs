@@ -94,9 +94,10 @@ fn a_cell_of_any_knob_is_the_run_that_it_would_be_alone_to_the_bit() {
     for (cell, outcome) in swept.finished().step_by(5) {
         let knobs = AXES.map(|(axis, _)| {
             let value = cell.value(axis).expect("an axis");
-            match axis.contains("{}") {
-                true => axis.replace("{}", value),
-                false => format!("{axis} {value}"),
+            if axis.contains("{}") {
+                axis.replace("{}", value)
+            } else {
+                format!("{axis} {value}")
             }
         });
         let seed = cell.seed;

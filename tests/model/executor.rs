@@ -153,7 +153,7 @@ fn a_message_wakes_a_thread_that_waits_for_nothing_else() {
 /// Every tick of every node of a run.
 fn ticks(graph: &mut Graph, clock: &mut dyn Clock) -> Vec<Vec<TickRecord>> {
     let taps = TapHandle::of(graph).ticks(1_000);
-    RunLog::of(&graph.state());
+    RunLog::attach(&graph.state());
     assert_eq!(run_timed(clock, graph, "", UNTIL), ClockExit::Completed);
     let ticks = taps.iter().map(|tap| tap.items().try_iter().collect());
     ticks.collect()

@@ -53,7 +53,7 @@ fn graph() -> (Graph, Topic<u64>) {
 fn run(clock: &mut dyn Clock, commands: &str) -> (Graph, Vec<(u64, u64, Time)>, u64) {
     let (mut graph, topic) = graph();
     let tap = TapHandle::of(&graph).topic(&topic, 1_000);
-    RunLog::of(&graph.state());
+    RunLog::attach(&graph.state());
     run_timed(clock, &mut graph, commands, Time::from_nanos(60_000_000));
     let messages = tap.items().try_iter();
     let messages = messages.map(|tapped| (tapped.message.data, tapped.message.seq, tapped.head.at));

@@ -57,8 +57,11 @@ pub fn figure(summary: &Summary, name: &str) -> String {
 /// Checks figures of a run, such as `ticks policy 3; dropped /obs 2`.
 #[track_caller]
 pub fn check(case: &str, summary: &Summary, figures: &str) {
-    let figures = figures.split(';').map(str::trim);
-    for expected in figures.filter(|figure| !figure.is_empty()) {
+    for expected in figures
+        .split(';')
+        .map(str::trim)
+        .filter(|figure| !figure.is_empty())
+    {
         let (name, _) = expected.rsplit_once(' ').expect("a value");
         let found = format!("{name} {}", figure(summary, name));
         assert_eq!(found, expected, "{case}: {:?}", summary.verdict);
@@ -76,9 +79,10 @@ pub fn fields(line: &str) -> GoldenFields<'_> {
 
 /// The blocks of such a file, and of the one that the variable `more` of the environment names.
 pub fn golden_blocks(known: &str, more: &str) -> Vec<String> {
-    let more = std::env::var_os(more);
-    let more = more.map(|path| std::fs::read_to_string(path).expect("more runs"));
-    let blocks = [known].into_iter().chain(more.as_deref());
-    let blocks = blocks.flat_map(|text| text.trim().split("\n\n"));
+    let more = std::env::var_os(more).map(|path| std::fs::read_to_string(path).expect("more runs"));
+    let blocks = [known]
+        .into_iter()
+        .chain(more.as_deref())
+        .flat_map(|text| text.trim().split("\n\n"));
     blocks.map(str::to_owned).collect()
 }

@@ -18,14 +18,14 @@ pub fn graph_text(name: &str, changes: &str) -> String {
         let text = files.find_map(|file| fs::read_to_string(file).ok());
         text.expect(name)
     });
-    let changes = changes
+    changes
         .split(';')
-        .filter_map(|change| change.split_once('→'));
-    changes.fold(texts.collect(), |text: String, (before, after)| {
-        let (before, after) = (before.trim(), after.trim());
-        assert!(text.contains(before), "{name} has no {before}");
-        text.replace(before, after)
-    })
+        .filter_map(|change| change.split_once('→'))
+        .fold(texts.collect(), |text: String, (before, after)| {
+            let (before, after) = (before.trim(), after.trim());
+            assert!(text.contains(before), "{name} has no {before}");
+            text.replace(before, after)
+        })
 }
 
 /// The system of a graph file, which may have the cart-pole in its middle.
@@ -65,8 +65,10 @@ pub fn check_graphs(table: &str) {
             .partition(|figure| figure.contains("_age "));
         for expected in of_chains {
             let name = expected.split(' ').next().unwrap_or_default();
-            let age = ages.iter().find(|figure| figure.name == name);
-            let age = age.unwrap_or_else(|| panic!("{case}: no {name}"));
+            let age = ages
+                .iter()
+                .find(|figure| figure.name == name)
+                .unwrap_or_else(|| panic!("{case}: no {name}"));
             assert_eq!(format!("{name} {:.1}", age.value), expected, "{case}");
         }
         check(&case, &summary, &others.join("; "));

@@ -49,19 +49,22 @@ pub fn timed(list: &str) -> Vec<TimedCommand> {
     let commands = list
         .split(';')
         .map(str::trim)
-        .filter(|text| !text.is_empty());
-    let commands = commands.map(|text| {
-        let (seconds, text) = text.split_once(' ').expect("a time");
-        let (at, command) = (secs(seconds.parse().expect(seconds)), command(text));
-        TimedCommand { at, command }
-    });
+        .filter(|text| !text.is_empty())
+        .map(|text| {
+            let (seconds, text) = text.split_once(' ').expect("a time");
+            let (at, command) = (secs(seconds.parse().expect(seconds)), command(text));
+            TimedCommand { at, command }
+        });
     commands.collect()
 }
 
 /// `knobs` at the beginning of a run.
 pub fn at_once(knobs: &str) -> String {
-    let knobs = knobs.split(';').filter(|knob| !knob.trim().is_empty());
-    knobs.map(|knob| format!("0 {};", knob.trim())).collect()
+    knobs
+        .split(';')
+        .filter(|knob| !knob.trim().is_empty())
+        .map(|knob| format!("0 {};", knob.trim()))
+        .collect()
 }
 
 /// Both clocks.
@@ -165,8 +168,10 @@ pub const ROOM: usize = 20_000;
 /// `lineage` with these ticks, too.
 pub fn settled(mut lineage: Lineage, ticks: &[Tap<TickRecord>]) -> Lineage {
     for (node, ticks) in ticks.iter().enumerate() {
-        let ticks = ticks.items().try_iter();
-        ticks.for_each(|tick| lineage.tick(node, tick));
+        ticks
+            .items()
+            .try_iter()
+            .for_each(|tick| lineage.tick(node, tick));
     }
     lineage.settle();
     lineage
@@ -174,7 +179,7 @@ pub fn settled(mut lineage: Lineage, ticks: &[Tap<TickRecord>]) -> Lineage {
 
 /// The run that `observer` saw and that has a log, to be executed again.
 pub fn rerun_of(observer: &Observer) -> Rerun {
-    let log = RunLog::of(observer).log();
+    let log = RunLog::attach(observer).log();
     Rerun::new(&log, &observer.events(0), &observer.topology()).expect("a log")
 }
 
@@ -197,8 +202,9 @@ pub fn run_virtual(graph: &mut Graph, commands: &str, until: Time) -> ClockExit 
 
 /// The commands of a run that took effect, with their times.
 pub fn applied(events: &[Event]) -> Vec<(Time, Command)> {
-    let applied = events.iter();
-    let applied = applied.filter_map(|event| Some((event.at, event.applied()?.clone())));
+    let applied = events
+        .iter()
+        .filter_map(|event| Some((event.at, event.applied()?.clone())));
     applied.collect()
 }
 
@@ -249,7 +255,7 @@ impl TickLog {
     }
 
     /// The ticks of the node called `name`.
-    pub fn of(&self, name: &str) -> Vec<Time> {
+    pub fn ticks(&self, name: &str) -> Vec<Time> {
         let all = self.all();
         let its = all.iter().filter(|(node, _)| *node == name);
         its.map(|(_, at)| *at).collect()

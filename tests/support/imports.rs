@@ -21,8 +21,8 @@ pub fn imports(sources: &Sources) -> Imports {
     for (module, code) in sources {
         let to = imports.entry(module.clone()).or_default();
         for (public, path) in uses(code) {
-            let from = target(sources, module, &path);
-            let from = from.unwrap_or_else(|| panic!("{module:?}: {path}"));
+            let from =
+                target(sources, module, &path).unwrap_or_else(|| panic!("{module:?}: {path}"));
             if let Some(from) = from
                 && from != *module
                 && !(public && from.starts_with(module))
@@ -37,8 +37,9 @@ pub fn imports(sources: &Sources) -> Imports {
 /// The modules that the paths within the code of `module` lead to, beside its imports.
 pub fn named(sources: &Sources, module: &Module) -> BTreeSet<Module> {
     let code = &sources[module];
-    let paths = code.split(|sign: char| !sign.is_alphanumeric() && !"_:".contains(sign));
-    let paths = paths.filter(|path| path.contains("::"));
+    let paths = code
+        .split(|sign: char| !sign.is_alphanumeric() && !"_:".contains(sign))
+        .filter(|path| path.contains("::"));
     paths
         .filter_map(|path| target(sources, module, path.trim_end_matches(':'))?)
         .collect()
@@ -111,8 +112,10 @@ fn paths(tree: &str) -> Vec<String> {
             _ => {}
         }
     }
-    let branches = branches.iter().filter(|branch| !branch.is_empty());
-    let paths = branches.flat_map(|branch| paths(branch));
+    let paths = branches
+        .iter()
+        .filter(|branch| !branch.is_empty())
+        .flat_map(|branch| paths(branch));
     paths.map(|path| format!("{head}{path}")).collect()
 }
 
@@ -155,10 +158,12 @@ fn target(sources: &Sources, module: &Module, path: &str) -> Option<Option<Modul
             _ if sources.contains_key(&child) => at = child,
             _ if defines(&sources[&at], name) => return Some(Some(at)),
             _ => {
-                let handed = uses(&sources[&at]).into_iter().filter(|(_, other)| {
-                    *other != path && other.rsplit([':', '@']).next() == Some(name)
-                });
-                let mut handed = handed.map(|(_, other)| target(sources, &at, &other));
+                let mut handed = uses(&sources[&at])
+                    .into_iter()
+                    .filter(|(_, other)| {
+                        *other != path && other.rsplit([':', '@']).next() == Some(name)
+                    })
+                    .map(|(_, other)| target(sources, &at, &other));
                 return handed.next().flatten();
             }
         }

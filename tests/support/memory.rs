@@ -8,7 +8,7 @@ use std::{
 use ratelab_cart_pole::policy::LARGEST_FILE;
 
 /// Limit of the memory for reading a file of weights, beside the file itself (bytes).
-pub const MOST_MEMORY: isize = (64 << 20) - LARGEST_FILE as isize;
+pub const MAX_MEMORY: isize = (64 << 20) - LARGEST_FILE as isize;
 
 /// Counts the allocations of each thread.
 struct Counting;

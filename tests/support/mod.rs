@@ -174,15 +174,16 @@ impl RunBytes {
             let values = message.data.to_array().map(f32::to_le_bytes);
             stamped(message, values.as_flattened())
         });
-        let actions = self.actions.iter();
-        let actions = actions.flat_map(|message| stamped(message, &message.data.0.to_le_bytes()));
+        let actions = self
+            .actions
+            .iter()
+            .flat_map(|message| stamped(message, &message.data.0.to_le_bytes()));
         let steps = self.steps.iter().flat_map(|message| {
             let step = message.data.step.to_le_bytes();
             stamped(message, &[&step[..], &state_bytes(&message.data)].concat())
         });
-        let chunks = chunks.iter().copied();
         observations
-            .chain(chunks)
+            .chain(chunks.iter().copied())
             .chain(actions)
             .chain(steps)
             .collect()

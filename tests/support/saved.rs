@@ -23,19 +23,20 @@ const STORAGE: usize = 64 << 10;
 /// A state dictionary of these tensors, such as `actor_mean.0.weight 8x5; global_step; act = tanh`:
 /// each with its shape, or else a number or a text.
 pub fn state(items: &str) -> Vec<(String, Saved)> {
-    let items = items
+    items
         .split(';')
         .map(str::trim)
-        .filter(|item| !item.is_empty());
-    let items = items.map(|item| match item.split_once(' ') {
-        None => (item, Saved::Number),
-        Some((name, text)) if text.starts_with("= ") => (name, Saved::Text(text[2..].to_owned())),
-        Some((name, shape)) => {
-            let sides = shape.split('x').map(|side| side.parse().expect(item));
-            (name, Saved::Tensor(sides.collect()))
-        }
-    });
-    items
+        .filter(|item| !item.is_empty())
+        .map(|item| match item.split_once(' ') {
+            None => (item, Saved::Number),
+            Some((name, text)) if text.starts_with("= ") => {
+                (name, Saved::Text(text[2..].to_owned()))
+            }
+            Some((name, shape)) => {
+                let sides = shape.split('x').map(|side| side.parse().expect(item));
+                (name, Saved::Tensor(sides.collect()))
+            }
+        })
         .map(|(name, value)| (name.to_owned(), value))
         .collect()
 }
@@ -47,8 +48,8 @@ pub fn checkpoint(stem: &str, value: &Saved) -> Vec<u8> {
         ("byteorder", b"little".to_vec()),
         ("data/0", vec![0; STORAGE]),
         ("version", b"3\n".to_vec()),
-    ];
-    let entries = entries.map(|(name, content)| (format!("{stem}/{name}"), content));
+    ]
+    .map(|(name, content)| (format!("{stem}/{name}"), content));
     as_torch_writes(zipped(&entries))
 }
 

@@ -77,9 +77,10 @@ fn ended(output: &Output, code: i32) -> bool {
 
 /// Whether it printed a text, in its error line if it failed.
 fn has(output: &Output, wanted: &str) -> bool {
-    let printed = match output.status.success() {
-        true => &output.stdout,
-        false => &output.stderr,
+    let printed = if output.status.success() {
+        &output.stdout
+    } else {
+        &output.stderr
     };
     let printed = format!("\n{}\n", text(printed));
     let present = wanted.trim_start_matches('!');

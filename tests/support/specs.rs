@@ -17,8 +17,9 @@ fn choose(list: &'static str, by: u8) -> &'static str {
 /// Something close to the spec of a link, or one.
 pub fn almost_link() -> impl Strategy<Value = String> {
     let part = any::<[u8; 4]>().prop_map(|[part, first, second, noise]| {
-        let part = choose(PARTS, part).replacen('#', choose(NUMBERS, first), 1);
-        let part = part.replacen('#', choose(NUMBERS, second), 1);
+        let part = choose(PARTS, part)
+            .replacen('#', choose(NUMBERS, first), 1)
+            .replacen('#', choose(NUMBERS, second), 1);
         part.replace('~', choose(NOISE, noise))
     });
     proptest::collection::vec(part, 1..4).prop_map(|parts| parts.join(","))
@@ -37,13 +38,12 @@ const VALUES: &str = "#|#..#|lognormal:#,#|recorded:a.rrd|file:a.csv|drawn:a.csv
 /// Something close to a knob of the cart-pole, or one.
 pub fn almost_knob() -> impl Strategy<Value = String> {
     let other = any::<[u8; 5]>().prop_map(|[head, value, first, second, noise]| {
-        let text = format!("{} {}", choose(HEADS, head), choose(VALUES, value));
-        let text = text.replacen('#', choose(NUMBERS, first), 1);
-        let text = text.replacen('#', choose(NUMBERS, second), 2);
+        let text = format!("{} {}", choose(HEADS, head), choose(VALUES, value))
+            .replacen('#', choose(NUMBERS, first), 1)
+            .replacen('#', choose(NUMBERS, second), 2);
         text.replace('~', choose(NOISE, noise))
     });
-    let link = (any::<bool>(), almost_link());
-    let link = link
+    let link = (any::<bool>(), almost_link())
         .prop_map(|(obs, spec)| format!("link {} {spec}", ["/action", "/obs"][usize::from(obs)]));
     prop_oneof![2 => other, 1 => link]
 }

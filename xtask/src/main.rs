@@ -42,7 +42,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// A program of the workspace, compiled and run by cargo with these options.
+/// Returns a program of the workspace, compiled and run by cargo with these options.
 fn cargo(options: &[&str]) -> Command {
     let mut cargo = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     cargo.args(["run", "--quiet"]).args(options).arg("--");
@@ -64,7 +64,7 @@ fn run(command: &mut Command) -> ExitCode {
 }
 
 fn setup(folder: &Path) -> ExitCode {
-    if let Source::Own(dir) = Source::of_build(folder) {
+    if let Source::Own(dir) = Source::from_env(folder) {
         println!("Nothing to fetch: builds link your own {}.", dir.display());
         return ExitCode::SUCCESS;
     }

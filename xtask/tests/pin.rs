@@ -27,14 +27,14 @@ fn the_pin_names_the_version_and_a_hash_for_every_platform() {
 
 #[test]
 fn the_linker_script_leads_to_the_fetched_library() {
-    let library = Platform::of("linux", "x86_64", "gnu").unwrap().places[0];
+    let library = Platform::find("linux", "x86_64", "gnu").unwrap().places[0];
     assert_eq!(checked_in("libmujoco.so"), format!("INPUT({library})\n"));
 }
 
 #[test]
 fn every_platform_uses_the_pinned_version_of_its_wheel() {
     for (os, arch, libc) in TARGETS {
-        let platform = Platform::of(os, arch, libc).unwrap();
+        let platform = Platform::find(os, arch, libc).unwrap();
         assert!(platform.member.contains(VERSION), "{platform:?}");
         assert!(platform.places[0].contains(VERSION), "{platform:?}");
     }
@@ -43,7 +43,7 @@ fn every_platform_uses_the_pinned_version_of_its_wheel() {
 #[test]
 fn a_platform_without_a_pin_is_refused_by_name() {
     for (os, arch, libc) in [("windows", "x86_64", "msvc"), ("linux", "x86_64", "musl")] {
-        let message = Platform::of(os, arch, libc).unwrap_err().to_string();
+        let message = Platform::find(os, arch, libc).unwrap_err().to_string();
         assert!(message.contains(&format!("no library is known for {os} {arch} {libc}.")));
     }
 }

@@ -56,21 +56,21 @@ pub(super) struct Body {
 impl Body {
     /// Cart and pole at the start for `seed`.
     pub(super) fn new(step: StepMs, seed: u64) -> Result<Self, PlantError> {
-        let mut body = Self::of(at_rest(step, 1.0)?);
+        let mut body = Self::from_data(at_rest(step, 1.0)?);
         body.reset(seed);
         Ok(body)
     }
 
-    /// A model of them with the course's step, and a pole that is so many times as long.
+    /// Creates a model with the course's step, and a pole `length` times as long.
     pub(super) fn model(length: f64) -> Result<Self, PlantError> {
-        Ok(Self::of(at_rest(StepMs::LONGEST, length)?))
+        Ok(Self::from_data(at_rest(StepMs::LONGEST, length)?))
     }
 
-    fn of(data: MjData<Arc<MjModel>>) -> Self {
-        let pose = Pose::of([0.0, 0.0]);
+    fn from_data(data: MjData<Arc<MjModel>>) -> Self {
+        let pose = Pose::new([0.0, 0.0]);
         Self {
             data,
-            observation: Observation::of(pose, [0.0, 0.0]),
+            observation: Observation::new(pose, [0.0, 0.0]),
             pose,
         }
     }
@@ -102,7 +102,7 @@ impl Body {
         }
     }
 
-    /// Has this force (N) act on the cart from now on, beside that of the motor.
+    /// Applies this force (N) to the cart from now on, beside the motor's.
     pub(super) fn disturb(&mut self, force: f64) {
         self.data.qfrc_applied_mut()[SLIDER] = force;
     }
@@ -123,11 +123,12 @@ impl Body {
 
     /// Updates the pose of cart and pole.
     pub(super) fn look(&mut self) {
-        self.pose = Pose::of(self.qpos());
-        self.observation = Observation::of(self.pose, self.qvel());
+        self.pose = Pose::new(self.qpos());
+        self.observation = Observation::new(self.pose, self.qvel());
     }
 
-    /// The result of control step number `step`, with `action` from a sensing `latency` before.
+    /// Returns the result of control step number `step`, with `action` from a sensing `latency`
+    /// before.
     pub(super) fn result(
         &self,
         step: u64,
@@ -166,7 +167,7 @@ pub(super) fn at_rest(step: StepMs, pole: f64) -> Result<MjData<Arc<MjModel>>, P
 /// Step of physics, and length of the pole (m).
 type CartModel = (StepMs, f64);
 
-/// The model that all of this kind share: it is immutable, and loading it takes as long as
+/// Returns the model that all of this kind share: it is immutable, and loading it takes as long as
 /// most of a run.
 fn model(cart: CartModel) -> Result<Arc<MjModel>, PlantError> {
     static LOADED: Mutex<Vec<(CartModel, Arc<MjModel>)>> = Mutex::new(Vec::new());

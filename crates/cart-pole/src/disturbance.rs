@@ -1,7 +1,10 @@
 //! A random force on the cart.
 
-use ratelab::Chance;
 use std::{fmt, str::FromStr};
+
+use ratelab::Chance;
+
+use crate::ParameterError;
 
 /// A random force on the cart, another one in each control step.
 #[derive(Clone, Copy, Debug)]
@@ -11,13 +14,13 @@ pub(super) struct Disturbance {
     pub(super) newtons: Newtons,
 }
 
-/// A standard deviation of forces (N): 0 to [`Newtons::MOST`].
+/// A standard deviation of forces (N): 0 to [`Newtons::MAX`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Newtons(f64);
 
 impl Newtons {
     /// A hundred times what the motor has.
-    const MOST: f64 = 1000.0;
+    const MAX: f64 = 1000.0;
 }
 
 impl fmt::Display for Newtons {
@@ -27,15 +30,17 @@ impl fmt::Display for Newtons {
 }
 
 impl FromStr for Newtons {
-    type Err = String;
+    type Err = ParameterError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, ParameterError> {
         let newtons: Option<f64> = text.trim().parse().ok();
-        let newtons = newtons.filter(|newtons| (0.0..=Self::MOST).contains(newtons));
-        newtons.map(Self).ok_or_else(|| {
-            let most = Self::MOST;
-            format!("{text:?} is no disturbance: expected a force in newtons, 0 to {most}")
-        })
+        newtons
+            .filter(|newtons| (0.0..=Self::MAX).contains(newtons))
+            .map(Self)
+            .ok_or_else(|| ParameterError::Disturbance {
+                text: text.to_owned(),
+                max: Self::MAX.to_string(),
+            })
     }
 }
 
@@ -46,12 +51,12 @@ impl Disturbance {
         Self { seed, newtons }
     }
 
-    /// Whether there is none.
+    /// Returns whether there is none.
     pub(super) fn is_none(&self) -> bool {
         self.newtons.0 == 0.0
     }
 
-    /// The force in control step number `step`, counted from zero (N).
+    /// Returns the force in control step number `step`, counted from zero (N).
     pub(super) fn force(&self, step: u64) -> f64 {
         if self.is_none() {
             return 0.0;

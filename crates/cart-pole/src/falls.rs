@@ -39,7 +39,7 @@ const fn band(from: u64, to: u64) -> AgeBand {
     [Duration::from_millis(from), Duration::from_millis(to)]
 }
 
-/// The band of mean push ages in which `policy` may lose the pole, with the initial control
+/// Returns the band of mean push ages in which `policy` may lose the pole, with the initial control
 /// rate `control`; `None` where it was not measured.
 pub fn falls(policy: &PolicySpec, control: Hz) -> Option<AgeBand> {
     match policy {

@@ -56,13 +56,13 @@ impl FreePlant {
         })
     }
 
-    /// Start of step number `step`, counted from zero.
+    /// Returns the start of step number `step`, counted from zero.
     fn begin_of(&self, step: u64) -> Time {
         Time::from_nanos(step.saturating_mul(self.step.as_nanos() as u64))
     }
 
-    /// Publishes the result of the control step that ends with this `tick`, if there is one, and
-    /// ends the run if the pole has fallen.
+    /// Publishes the result of a control step that ends with this `tick`, and ends the run if
+    /// the pole has fallen.
     pub(super) fn judge(&self, tick: &mut Tick, steps: &Publisher<ControlStep>) -> Flow {
         let now = tick.now();
         let step = now.as_nanos() / CONTROL_STEP_NS;
@@ -129,9 +129,10 @@ impl FreePlant {
         while self.steps < end {
             let control_step = self.begin_of(self.steps).as_nanos() / CONTROL_STEP_NS;
             self.body.disturb(self.disturbance.force(control_step));
-            let alike = match self.disturbance.is_none() {
-                true => end - self.steps,
-                false => self.steps_until(control_step + 1).min(end - self.steps),
+            let alike = if self.disturbance.is_none() {
+                end - self.steps
+            } else {
+                self.steps_until(control_step + 1).min(end - self.steps)
             };
             self.body.integrate(self.input, alike);
             self.taken = self.input;
@@ -139,7 +140,7 @@ impl FreePlant {
         }
     }
 
-    /// Number of steps that begin before this control step does.
+    /// Returns the number of steps that begin before this control step does.
     fn steps_until(&self, control_step: u64) -> u64 {
         let steps_before = control_step * (CONTROL_STEP_NS / self.step.as_nanos() as u64);
         steps_before - self.steps

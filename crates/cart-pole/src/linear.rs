@@ -33,10 +33,10 @@ impl LinearPlant {
     /// # Errors
     /// [`PlantError`] if MuJoCo refuses the model or is out of memory.
     pub fn control_step() -> Result<Self, PlantError> {
-        Self::of_model(1.0)
+        Self::for_model(1.0)
     }
 
-    /// `times` such steps with a constant action; zero counts as one.
+    /// Returns `times` such steps with a constant action; zero counts as one.
     pub fn held_for(self, times: u32) -> Self {
         (1..times).fold(self, |so_far, _| Self {
             a: self.a * so_far.a,
@@ -44,8 +44,8 @@ impl LinearPlant {
         })
     }
 
-    /// The time of an action in a plan's model, with a pole that is so many times as long.
-    pub(crate) fn of_model(length: f64) -> Result<Self, PlantError> {
+    /// Linearises a plan's model over the time of an action, with a pole `length` times as long.
+    pub(crate) fn for_model(length: f64) -> Result<Self, PlantError> {
         Ok(Self::physics_step(length)?.held_for(SUBSTEPS))
     }
 
@@ -71,7 +71,9 @@ impl LinearPlant {
             );
         }
         // MuJoCo writes row by row, nalgebra keeps column by column.
-        let a = a.transpose();
-        Ok(Self { a, b })
+        Ok(Self {
+            a: a.transpose(),
+            b,
+        })
     }
 }

@@ -28,9 +28,9 @@ pub struct Observation {
 }
 
 impl Observation {
-    /// The reading of a perfect sensor at `pose`, cart velocity (m/s) and hinge velocity
+    /// Creates the reading of a perfect sensor at `pose`, cart velocity (m/s) and hinge velocity
     /// (rad/s).
-    pub(super) fn of(pose: Pose, [cart_velocity, pole_velocity]: [f64; 2]) -> Self {
+    pub(super) fn new(pose: Pose, [cart_velocity, pole_velocity]: [f64; 2]) -> Self {
         Self {
             cart_position: pose.cart_position as f32,
             cart_velocity: cart_velocity as f32,
@@ -40,8 +40,8 @@ impl Observation {
         }
     }
 
-    /// The values in the order of the course: position, velocity, cosine,
-    /// sine, angular velocity.
+    /// Returns the values in the order of the course: position, velocity, cosine, sine, angular
+    /// velocity.
     pub fn to_array(self) -> [f32; 5] {
         [
             self.cart_position,
@@ -164,7 +164,7 @@ impl Fields for ControlStep {
             step: step as u64,
             action: Action(action as f32),
             latency: (!latency.is_nan()).then(|| Duration::from_nanos(latency as u64)),
-            observation: Observation::of(Pose::of(qpos), qvel),
+            observation: Observation::new(Pose::new(qpos), qvel),
             qpos,
             qvel,
         })

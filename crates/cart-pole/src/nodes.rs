@@ -8,6 +8,7 @@ use ratelab_study::system::SharedWorld;
 use thiserror::Error;
 
 use super::{
+    disturbance::Newtons,
     message::{Action, ControlStep, Observation},
     on_stale::OnStale,
     plant::{CartPlant, Plant},
@@ -166,7 +167,7 @@ impl<P> Actuator<P> {
         }
     }
 
-    /// The action to apply in this `tick`: the last one read, with no force if it is stale.
+    /// Returns the action to apply in this `tick`: the last one read, with no force if it is stale.
     fn applied(&mut self, tick: &mut Tick) -> Option<Message<Action>> {
         let mut command = self.command?;
         // One from another process may not say what it was derived from.
@@ -205,7 +206,7 @@ impl<P: CartPlant> Node for Actuator<P> {
 
     /// Sets the handling of stale actions.
     fn on_message(&mut self, text: &str) -> Result<String, NodeError> {
-        let before = std::mem::replace(&mut self.on_stale, text.parse()?);
+        let before = std::mem::replace(&mut self.on_stale, text.parse::<OnStale>()?);
         Ok(before.to_string())
     }
 
@@ -213,7 +214,7 @@ impl<P: CartPlant> Node for Actuator<P> {
         if name != DISTURB {
             return Err(format!("the actuator has no parameter {name:?}").into());
         }
-        let newtons = value.parse()?;
+        let newtons = value.parse::<Newtons>()?;
         let before = self.plant.at(now).disturb(now, newtons);
         Ok(before.to_string())
     }

@@ -4,6 +4,8 @@ use std::{fmt, str::FromStr, time::Duration};
 
 use ratelab::{Draw, millis::to_millis};
 
+use crate::ParameterError;
+
 /// The actuator's handling of an action with old sensing. As text `hold`, or `zero:50`
 /// (ms).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -16,7 +18,7 @@ pub enum OnStale {
 }
 
 impl OnStale {
-    /// Whether an action of this age is applied.
+    /// Returns whether an action of this age is applied.
     pub fn allows(self, age: Duration) -> bool {
         match self {
             Self::Hold => true,
@@ -35,20 +37,20 @@ impl fmt::Display for OnStale {
 }
 
 impl FromStr for OnStale {
-    type Err = String;
+    type Err = ParameterError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, ParameterError> {
         if text.trim() == "hold" {
             return Ok(Self::Hold);
         }
-        let limit = text.trim().strip_prefix("zero:");
-        let limit = limit.filter(|limit| *limit != "none").map(str::parse);
+        let limit = text
+            .trim()
+            .strip_prefix("zero:")
+            .filter(|limit| *limit != "none")
+            .map(str::parse);
         match limit {
             Some(Ok(Draw::Constant(limit))) => Ok(Self::Zero(limit)),
-            _ => Err(format!(
-                "{text:?} is no setting for stale actions: expected hold or zero:MS, such as \
-                 zero:50"
-            )),
+            _ => Err(ParameterError::OnStale(text.to_owned())),
         }
     }
 }

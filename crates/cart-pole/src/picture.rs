@@ -21,8 +21,8 @@ const PUSH_M: f64 = 0.5;
 const VIEW: [f64; 4] = [-2.6, -0.15, 2.6, 1.1];
 
 /// Draws cart and pole after `step`.
-pub(super) fn of(step: &ControlStep) -> Picture {
-    let pose = Pose::of(step.qpos);
+pub(super) fn draw(step: &ControlStep) -> Picture {
+    let pose = Pose::new(step.qpos);
     let cart = pose.cart_position;
     let arm = |angle: f64, length: f64| Shape::Segment {
         from: [cart, 0.0],
@@ -53,7 +53,7 @@ pub(super) fn of(step: &ControlStep) -> Picture {
     }
 }
 
-/// The rail with its end stops, and a label at every metre.
+/// Returns the rail with its end stops, and a label at every metre.
 fn rail() -> Vec<(Style, Shape)> {
     let y = RAIL_M;
     let mut shapes = vec![Shape::Segment {
@@ -78,7 +78,7 @@ fn rail() -> Vec<(Style, Shape)> {
     shapes.into_iter().map(scenery).collect()
 }
 
-/// A bar on the side to which the cart is pushed; `None` without a push.
+/// Returns a bar on the side to which the cart is pushed; `None` without a push.
 fn arrow(cart: f64, push: f64) -> Option<Shape> {
     let (side, length) = (push.signum(), push.abs().min(1.0) * PUSH_M);
     let from = cart + side * 1.2 * CART_HALF_M[0];

@@ -22,7 +22,7 @@ const TIMESTEP_S: f64 = 0.01;
 /// 10 ms.
 pub const CONTROL_HZ: f64 = 1.0 / (TIMESTEP_S * SUBSTEPS as f64);
 
-/// The plant's own rate, which is fixed.
+/// Returns the plant's own rate, which is fixed.
 pub fn actuator_hz() -> Hz {
     // This constant is within the range of valid rates.
     Hz::new(CONTROL_HZ).expect("50 Hz is a rate")
@@ -70,7 +70,7 @@ impl Plant {
         (self.steps, self.fall) = (0, None);
     }
 
-    /// The reading of a perfect sensor.
+    /// Returns the reading of a perfect sensor.
     pub fn observe(&self) -> Observation {
         self.body.observation
     }
@@ -105,20 +105,20 @@ impl Plant {
         self.steps
     }
 
-    /// The kind of fall, if the run is lost.
+    /// Returns the kind of fall, if the run is lost.
     pub fn fall(&self) -> Option<Fall> {
         self.fall
     }
 }
 
-/// The version of MuJoCo in use, such as `3.17.0`.
+/// Returns the version of MuJoCo in use, such as `3.17.0`.
 pub fn mujoco_version() -> &'static str {
     mujoco_rs::mujoco_version()
 }
 
 /// A plant that a sensor reads and an actuator pushes.
 pub trait CartPlant: World {
-    /// The reading of a perfect sensor.
+    /// Returns the reading of a perfect sensor.
     fn observe(&self) -> Observation;
 
     /// Applies the newest `command` at run time `now`. Returns the control step that this makes of

@@ -28,15 +28,15 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// The pose at cart position (m) and hinge angle (rad).
-    pub fn of([cart_position, hinge_angle]: [f64; 2]) -> Self {
+    /// Creates the pose at cart position (m) and hinge angle (rad).
+    pub fn new([cart_position, hinge_angle]: [f64; 2]) -> Self {
         Self {
             cart_position,
             pole_angle: (hinge_angle + PI).rem_euclid(2.0 * PI) - PI,
         }
     }
 
-    /// The kind of fall at this pose, if the run is lost.
+    /// Returns the kind of fall at this pose, if the run is lost.
     pub fn fall(&self) -> Option<Fall> {
         if self.pole_angle.abs() > POLE_LIMIT_RAD {
             Some(Fall::Pole)

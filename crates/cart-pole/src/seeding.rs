@@ -12,7 +12,7 @@ pub fn generator(entropy: &[u64]) -> Pcg64 {
     Pcg64::new(join(a, b), join(c, d))
 }
 
-/// The next number of `random` within 0 to 1, as numpy's `random()` draws it.
+/// Returns the next number of `random` within 0 to 1, as numpy's `random()` draws it.
 pub(crate) fn unit(random: &mut Pcg64) -> f64 {
     (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }
@@ -26,7 +26,7 @@ fn join(high: u64, low: u64) -> u128 {
 fn seed_words(entropy: &[u64]) -> [u64; 4] {
     let pool = mixed_pool(&words_of(entropy));
     let mut hash = Hash::new(0x8b51_f9dd, 0x58f3_8ded);
-    let mut word = |index: usize| u64::from(hash.of(pool[index % POOL]));
+    let mut word = |index: usize| u64::from(hash.hash(pool[index % POOL]));
     std::array::from_fn(|i| {
         let low = word(2 * i);
         word(2 * i + 1) << 32 | low
@@ -48,15 +48,15 @@ fn words_of(entropy: &[u64]) -> Vec<u32> {
 fn mixed_pool(entropy: &[u32]) -> [u32; POOL] {
     let mut hash = Hash::new(0x43b0_d7e5, 0x931e_8875);
     let mut pool: [u32; POOL] =
-        std::array::from_fn(|i| hash.of(entropy.get(i).copied().unwrap_or(0)));
+        std::array::from_fn(|i| hash.hash(entropy.get(i).copied().unwrap_or(0)));
     for source in 0..POOL {
         for target in (0..POOL).filter(|&target| target != source) {
-            pool[target] = mix(pool[target], hash.of(pool[source]));
+            pool[target] = mix(pool[target], hash.hash(pool[source]));
         }
     }
     for &word in entropy.iter().skip(POOL) {
         for target in &mut pool {
-            *target = mix(*target, hash.of(word));
+            *target = mix(*target, hash.hash(word));
         }
     }
     pool
@@ -73,7 +73,7 @@ impl Hash {
         Self { state, step }
     }
 
-    fn of(&mut self, word: u32) -> u32 {
+    fn hash(&mut self, word: u32) -> u32 {
         let masked = word ^ self.state;
         self.state = self.state.wrapping_mul(self.step);
         let hashed = masked.wrapping_mul(self.state);

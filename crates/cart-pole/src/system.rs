@@ -1,6 +1,6 @@
 //! The cart-pole as a system: sensor, policy and actuator around a plant.
 
-use std::path::PathBuf;
+use std::{fmt::Display, path::PathBuf, str::FromStr};
 
 use ratelab::{ClockExit, Hz, Tick, Time};
 use ratelab_account::Fields;
@@ -15,13 +15,13 @@ use ratelab_study::{
 
 use super::{
     ACTION, ACTUATOR, CONTROL_HZ, ControlStep, DISTURB, Fall, FreePlant, OBS, OnStale,
-    POLE_LIMIT_RAD, POLICY, Plant, Pose, SENSE_TO_ACT, SENSOR, SIMILAR, SharedPlant,
-    SimilarReadings, actuator_hz,
+    POLE_LIMIT_RAD, POLICY, ParameterError, Plant, Pose, SENSE_TO_ACT, SENSOR, SIMILAR,
+    SharedPlant, SimilarReadings, actuator_hz,
     aliases::ALIASES,
     chunk::{ChunkSettings, ChunkTally, FIXED, PLANNING, PLAYER, PlanKind, SPOILERS, warnings},
     disturbance::Newtons,
     falls::falls,
-    mujoco_version, picture,
+    in_words, mujoco_version, picture,
     policy::{Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy},
     table, verdict,
     wiring::{Topics, other, setting_error},
@@ -95,7 +95,7 @@ impl CartPole {
         Ok(config)
     }
 
-    /// The policy called `text`, or the caller's own.
+    /// Returns the policy called `text`, or the caller's own.
     fn policy(
         &self,
         builder: &mut Builder<'_>,
@@ -113,7 +113,7 @@ impl CartPole {
     }
 }
 
-/// The inputs of a run's policies.
+/// Returns the inputs of a run's policies.
 fn context(seed: u64, setup: &Setup) -> PolicyContext {
     let chunk = chunks(setup);
     let control_hz = setup.rate(POLICY).filter(|_| chunk.is_none());
@@ -124,9 +124,16 @@ fn context(seed: u64, setup: &Setup) -> PolicyContext {
     }
 }
 
-/// The settings of chunks in `setup`, if the policy answers with any.
+/// Returns the settings of chunks in `setup`, if the policy answers with any.
 fn chunks(setup: &Setup) -> Option<ChunkSettings> {
-    ChunkSettings::of(setup).ok().flatten()
+    ChunkSettings::from_setup(setup).ok().flatten()
+}
+
+/// Returns the shortest form of a setting.
+fn shortest<T: FromStr<Err = ParameterError> + Display>(text: &str) -> Result<String, String> {
+    text.parse::<T>()
+        .map(|setting| setting.to_string())
+        .map_err(in_words)
 }
 
 impl System for CartPole {
@@ -196,13 +203,13 @@ impl System for CartPole {
     /// Pins a policy's file to its current content.
     fn resolve(&self, seed: u64, setup: &Setup, node: &str, text: &str) -> Result<String, String> {
         if node == ACTUATOR {
-            return Ok(text.parse::<OnStale>()?.to_string());
+            return shortest::<OnStale>(text);
         }
         if node != POLICY {
             return Ok(text.to_owned());
         }
         let context = context(seed, setup);
-        let policy: PolicySpec = text.parse().map_err(|error| format!("{error}"))?;
+        let policy = text.parse::<PolicySpec>().map_err(in_words)?;
         // As in a log, which names a program and has none started.
         if policy.is_program() {
             return Ok(policy.to_string());
@@ -216,17 +223,21 @@ impl System for CartPole {
             }
             Ok(pinned)
         });
-        let pinned = pinned.map_err(|error| error.to_string())?;
-        Ok(pinned.spec().to_string())
+        match pinned {
+            Ok(pinned) => Ok(pinned.spec().to_string()),
+            Err(error) => Err(in_words(error)),
+        }
     }
 
     fn parameter(&self, [node, name]: [&str; 2], value: &str) -> Result<String, String> {
         let mut of_chunks = ChunkSettings::PARAMETERS.into_iter();
         let known = of_chunks.find(|(of, known, _)| [*of, *known] == [node, name]);
         match (node, name, known) {
-            (ACTUATOR, DISTURB, _) => Ok(value.parse::<Newtons>()?.to_string()),
-            (SENSOR, SIMILAR, _) => Ok(SimilarReadings::parse(value)?.norm().to_string()),
-            (.., Some((.., shortest))) => shortest(value),
+            (ACTUATOR, DISTURB, _) => shortest::<Newtons>(value),
+            (SENSOR, SIMILAR, _) => SimilarReadings::parse(value)
+                .map(|similar| similar.norm().to_string())
+                .map_err(in_words),
+            (.., Some((.., shortest))) => shortest(value).map_err(in_words),
             _ => Err(format!("{node} has no parameter {name:?}")),
         }
     }
@@ -354,7 +365,7 @@ impl System for CartPole {
     }
 
     fn picture(&self, state: &[f64]) -> Option<Picture> {
-        Some(picture::of(&ControlStep::from_row(state)?))
+        Some(picture::draw(&ControlStep::from_row(state)?))
     }
 
     fn finals(&self, state: &[f64]) -> Vec<Final> {
@@ -368,21 +379,21 @@ impl System for CartPole {
 
 fn pose(state: &[f64]) -> Option<Pose> {
     let step = ControlStep::from_row(state)?;
-    Some(Pose::of(step.qpos))
+    Some(Pose::new(step.qpos))
 }
 
-/// What a state costs, by the weights of `lqr`: 1 for a cart at the end of its rail,
-/// a pole at its limit, and a motor that has no more.
+/// Returns what a state costs, by the weights of `lqr`: 1 for a cart at the end of its rail, a pole
+/// at its limit, and a motor that has no more.
 fn cost_of(state: &[f64]) -> f64 {
     let &[_, action, _, cart, hinge, ..] = state else {
         return 0.0;
     };
-    let (weights, pole) = (Weights::default(), Pose::of([cart, hinge]).pole_angle);
+    let (weights, pole) = (Weights::default(), Pose::new([cart, hinge]).pole_angle);
     let [of_cart, of_pole, ..] = weights.state;
     of_cart * cart * cart + of_pole * pole * pole + weights.action * action * action
 }
 
-/// The pole's angle from upright in a message on [`STATE`] (rad).
+/// Returns the pole's angle from upright in a message on [`STATE`] (rad).
 pub fn pole_angle(state: &[f64]) -> f64 {
     pose(state).map_or(0.0, |pose| pose.pole_angle)
 }

@@ -16,12 +16,14 @@ pub(super) const TABLE: StateTable = StateTable {
     more_cells,
 };
 
-/// The latency in the unit of all ages, and the angle of the pole from upright.
+/// Returns the latency in the unit of all ages, and the angle of the pole from upright.
 fn more_cells(state: &[f64]) -> String {
     let step = ControlStep::from_row(state);
-    let latency = step.as_ref().and_then(|step| step.latency);
-    let latency = latency.map(|latency| (latency.as_nanos() as f64 / 1e6).to_string());
-    let angle = step.map_or(0.0, |step| Pose::of(step.qpos).pole_angle);
+    let latency = step
+        .as_ref()
+        .and_then(|step| step.latency)
+        .map(|latency| (latency.as_nanos() as f64 / 1e6).to_string());
+    let angle = step.map_or(0.0, |step| Pose::new(step.qpos).pole_angle);
     format!("{},{angle}", latency.unwrap_or_default())
 }
 

@@ -30,9 +30,12 @@ impl Topics {
         steps: Option<Topic<ControlStep>>,
     ) -> Result<(), BuildError> {
         let (observations, seen) = (self.observations.clone(), plant.clone());
-        let similar = builder.parameter(SENSOR, SIMILAR);
-        let similar = similar.map(SimilarReadings::parse).transpose();
-        let similar = similar.map_err(BuildError::Setting)?.unwrap_or_default();
+        let similar = builder
+            .parameter(SENSOR, SIMILAR)
+            .map(SimilarReadings::parse)
+            .transpose()
+            .map_err(setting_error)?
+            .unwrap_or_default();
         builder.node(SENSOR, CONTROL_HZ, 0, move |wiring| Sensor {
             plant: seen.clone(),
             observations: wiring.publisher(&observations),
@@ -66,7 +69,7 @@ impl Topics {
         })
     }
 
-    /// The settings of chunks, if the policy answers with any.
+    /// Returns the settings of chunks, if the policy answers with any.
     fn chunks(&self, builder: &mut Builder<'_>) -> Result<Option<ChunkSettings>, BuildError> {
         let mut set = Vec::new();
         for (node, name, _) in ChunkSettings::PARAMETERS {
@@ -78,7 +81,7 @@ impl Topics {
                     "--{name} is for a policy that answers with chunks: give --chunk H as well"
                 )))
             }
-            _ => ChunkSettings::of(builder.setup()).map_err(setting_error),
+            _ => ChunkSettings::from_setup(builder.setup()).map_err(setting_error),
         }
     }
 
@@ -129,7 +132,7 @@ impl Topics {
 const NO_RATE: &str = "refill and control-hz exclude each other: with a refill the policy ticks on \
                        request, and has no rate; leave one of them out";
 
-/// An invalid setting.
+/// Returns an invalid setting.
 pub(crate) fn setting_error(error: impl std::fmt::Display) -> BuildError {
     BuildError::Setting(error.to_string())
 }

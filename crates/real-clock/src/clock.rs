@@ -17,7 +17,7 @@ use crate::{
     wall_thread::{Board, ThreadContext, WallThread},
 };
 
-/// Runs every node on a thread of its own, or on those of its executor.
+/// Runs every node on a thread of its own, or on the threads of its executor.
 ///
 /// Each thread sleeps to absolute deadlines and measures its lateness. A node that is
 /// still busy when its next deadline passes has overrun: the periods it missed are
@@ -143,7 +143,7 @@ impl RealClock {
             let (spare, taken) = (spare_cores(), HashMap::new());
             let mut shares = CoreShares { spare, taken };
             for (group, board) in groups.into_iter().zip(&boards) {
-                let share = group.claim.map(|claim| shares.of(claim, &group));
+                let share = group.claim.map(|claim| shares.claim(claim, &group));
                 context.spawn(scope, group, board, share);
             }
             supervisor.supervise()
@@ -175,12 +175,12 @@ impl ThreadContext {
                 context: self,
             };
             let spawned = spawn_named(scope, &name, || thread.run());
-            self.check(spawned, (first.unwrap_or(node), &name));
+            self.check(spawned, first.unwrap_or(node), &name);
         }
     }
 
     /// Reports a thread that the system refused.
-    fn check(&self, spawned: io::Result<()>, (node, name): (usize, &str)) {
+    fn check(&self, spawned: io::Result<()>, node: usize, name: &str) {
         if let Err(error) = spawned {
             let (at, name, cause) = (self.state.now(), name.to_owned(), error.into());
             let refused = StretchEnd {
@@ -198,15 +198,15 @@ impl ThreadContext {
 
 /// The cores of executors whose nodes take turns by priority or deadline.
 struct CoreShares {
-    /// Those that no executor has.
+    /// The cores that no executor has.
     spare: Vec<usize>,
-    /// Those of each executor, by its number, with its threads that have work.
+    /// The cores of each executor, by its number, with its threads that have work.
     taken: HashMap<usize, (Vec<usize>, Arc<DeadlineRanks>)>,
 }
 
 impl CoreShares {
-    /// The share of the node in a `group` that claims some.
-    fn of(&mut self, claim: CoreClaim, group: &ThreadGroup<'_>) -> CoreShare {
+    /// Returns the share of the node in a `group` that claims some.
+    fn claim(&mut self, claim: CoreClaim, group: &ThreadGroup<'_>) -> CoreShare {
         let left = self.spare.len().saturating_sub(claim.cores);
         let spare = &mut self.spare;
         let taken = self.taken.entry(claim.executor);

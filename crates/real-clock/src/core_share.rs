@@ -11,10 +11,10 @@ use ratelab::{
 
 use crate::priority::{ThreadId, set_rank, this_thread};
 
-/// The cores that a thread shares with those of other priorities.
+/// The cores that a thread shares with threads of other priorities.
 #[derive(Clone, Debug)]
 pub(crate) struct CoreShare {
-    /// Place of its priority among those of the executor, the highest first.
+    /// Place of its priority in the executor, the highest first.
     pub(crate) rank: usize,
     /// Numbers of the cores.
     pub(crate) cores: Vec<usize>,
@@ -45,8 +45,10 @@ impl DeadlineRanks {
             threads.insert(place, (deadline, this));
             place
         });
-        let others = threads.iter().enumerate();
-        let others = others.filter(|(_, (_, thread))| *thread != this);
+        let others = threads
+            .iter()
+            .enumerate()
+            .filter(|(_, (_, thread))| *thread != this);
         others.for_each(|(place, (_, thread))| set_rank(*thread, place + 1));
         place.map_or(0, |place| place + 1)
     }

@@ -1,6 +1,6 @@
-//! Threads against the wall clock: the clock under which a graph meets a real machine.
+//! Runs a graph on threads against the wall clock of a real machine.
 //!
-//! A node has a thread of its own, or those of its executor. Each sleeps to absolute deadlines,
+//! A node has a thread of its own, or the threads of its executor. Each sleeps to absolute deadlines,
 //! measures how late it is, and asks the schedule of its task set for work by the rules of virtual
 //! time; see [`ratelab::clock::Worker`]. What its clock answers goes into the journal of the run, so that
 //! the run can be executed again.

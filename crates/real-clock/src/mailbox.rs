@@ -39,12 +39,12 @@ impl Mailbox {
         self.bell.notify_all();
     }
 
-    /// The mail, locked.
+    /// Returns the mail, locked.
     pub(crate) fn open(&self) -> MutexGuard<'_, Mail> {
         lock(&self.mail)
     }
 
-    /// Number of posts so far.
+    /// Returns the number of posts so far.
     pub(crate) fn posts(&self) -> u64 {
         self.open().posts
     }
@@ -96,7 +96,7 @@ pub(crate) struct Post {
 }
 
 impl Post {
-    /// The mailboxes of threads, for some of so many `nodes`.
+    /// Creates the mailboxes of threads, for some of so many `nodes`.
     pub(crate) fn new<'g>(
         nodes: usize,
         groups: impl Iterator<Item = (&'g ThreadGroup<'g>, &'g Arc<Mailbox>)>,

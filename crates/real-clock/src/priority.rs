@@ -83,7 +83,7 @@ mod system {
         }
     }
 
-    /// The cores for executors with priorities: all but the first, which is for the rest.
+    /// Returns the cores for executors with priorities: all but the first, which is for the rest.
     pub(crate) fn spare_cores() -> Vec<usize> {
         let allowed = sched_getaffinity(Pid::from_raw(0)).unwrap_or_default();
         let all = 0..CpuSet::count();
@@ -91,7 +91,7 @@ mod system {
         allowed.skip(1).collect()
     }
 
-    /// Has the calling thread run on these cores with its rank there: below the threads of other
+    /// Binds the calling thread to these cores with its rank there: below the threads of other
     /// nodes, so that what comes from outside is on time.
     pub(crate) fn share_cores(rank: usize, cores: &[usize]) {
         set_rank(this_thread(), rank);
@@ -102,19 +102,19 @@ mod system {
         let _ = sched_setaffinity(Pid::from_raw(0), &set);
     }
 
-    /// The calling thread.
+    /// Returns the calling thread.
     pub(crate) fn this_thread() -> ThreadId {
         thread_native_id()
     }
 
-    /// Gives a thread a place among those that share cores, the first the highest priority.
+    /// Ranks a thread among the threads that share cores; the first has the highest priority.
     pub(crate) fn set_rank(thread: ThreadId, rank: usize) {
         let below = u8::try_from(rank).unwrap_or(u8::MAX).saturating_add(1);
         // `request` has tested this permission already.
         let _ = set_priority(thread, PRIORITY.saturating_sub(below).max(1));
     }
 
-    /// The time that the calling thread has had on a core.
+    /// Returns the time that the calling thread has had on a core.
     pub(crate) fn core_time() -> Duration {
         let time = clock_gettime(ClockId::CLOCK_THREAD_CPUTIME_ID);
         time.map(Duration::from).unwrap_or_default()
@@ -188,7 +188,7 @@ mod system {
         Duration::ZERO
     }
 
-    /// Has no effect on this system.
+    /// Does nothing on this system.
     pub fn lower_priority() {}
 }
 

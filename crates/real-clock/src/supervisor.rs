@@ -30,8 +30,8 @@ impl From<End> for StretchEnd {
 }
 
 impl StretchEnd {
-    /// The end after a tick that was the last one of node number `node`.
-    pub(crate) fn of(node: usize, outcome: Result<Time, Fault>) -> Self {
+    /// Creates the end after a tick that was the last one of node number `node`.
+    pub(crate) fn after_tick(node: usize, outcome: Result<Time, Fault>) -> Self {
         match outcome {
             Ok(at) => End::Ended { node, at }.into(),
             Err(fault) => Self {
@@ -41,7 +41,7 @@ impl StretchEnd {
         }
     }
 
-    /// What it is for the clock; `None` for a pause.
+    /// Returns what it is for the clock; `None` for a pause.
     pub(crate) fn exit(self, graph: &Graph) -> Result<Option<ClockExit>, Fault> {
         if let Some(fault) = self.fault {
             return Err(fault);
@@ -108,7 +108,7 @@ impl Supervisor<'_> {
         End::Completed { until }.into()
     }
 
-    /// A timed command that is due, or else whatever arrives before the next timed one.
+    /// Returns a timed command that is due, or else whatever arrives before the next timed one.
     fn next_received(&mut self, wall: &Wall) -> Received<Report> {
         let now = wall.now();
         let timed = self.inbox.next_timed(self.until);

@@ -127,14 +127,14 @@ impl WallThread<'_> {
         }
     }
 
-    /// The time on a core that the thread will have had when the running tick is over, if it
-    /// shares cores.
+    /// Returns the time on a core that the thread will have had when the running tick is over, if
+    /// it shares cores.
     fn core_time(&self, now: Time) -> Option<Duration> {
         self.share.as_ref()?;
         Some(priority::core_time() + self.worker.remaining(now)?)
     }
 
-    /// The deadline of the work that it has, if it shares cores by deadlines.
+    /// Returns the deadline of the work that it has, if it shares cores by deadlines.
     fn deadline(&self, now: Time) -> Option<Time> {
         self.share.as_ref()?.deadlines.as_ref()?;
         let has_work = self.worker.remaining(now).is_some()
@@ -151,8 +151,8 @@ impl WallThread<'_> {
         }
     }
 
-    /// What to do next. After the end of the run, a thread that had `waited` for it looks once
-    /// more. A tick that shares cores is over when its thread has had its `goal`.
+    /// Returns what to do next. After the end of the run, a thread that had `waited` for it looks
+    /// once more. A tick that shares cores is over when its thread has had its `goal`.
     fn next(&mut self, wall: &Wall, waited: bool, goal: Option<Duration>) -> ThreadStep {
         let board = self.board;
         let mut work = lock(&board.work);
@@ -180,9 +180,10 @@ impl WallThread<'_> {
                 return step;
             }
         }
-        match now >= until {
-            true => ThreadStep::Finished,
-            false => self.wait(&mut work, now),
+        if now >= until {
+            ThreadStep::Finished
+        } else {
+            self.wait(&mut work, now)
         }
     }
 
@@ -220,7 +221,7 @@ impl WallThread<'_> {
         None
     }
 
-    /// How to wait for the next event.
+    /// Returns how to wait for the next event.
     fn wait(&self, work: &mut WorkInHand, now: Time) -> ThreadStep {
         let next = self.worker.next_at().min(self.context.until);
         if self.worker.busy(now) > work.spinning {
@@ -230,7 +231,7 @@ impl WallThread<'_> {
         ThreadStep::Wait(next)
     }
 
-    /// Has the other threads look for work.
+    /// Wakes the other threads to look for work.
     fn ring(&self) {
         if self.worker.is_shared() {
             self.board.mailbox.post(|_| {});
@@ -254,7 +255,7 @@ impl WallThread<'_> {
         stopped
     }
 
-    /// Has a node do its work; returns how that ends the stretch, if it does.
+    /// Lets a node do its work; returns how that ends the stretch, if it does.
     fn step(
         &mut self,
         wall: &Wall,
@@ -263,12 +264,11 @@ impl WallThread<'_> {
         late: Option<AfterEnd>,
     ) -> Option<StretchEnd> {
         let kind = self.worker.begin(at)?;
-        let begun = match self.share.is_some() && kind == JobKind::End {
-            true => Entry::Finish { at, node },
-            false => {
-                let node = Some(node);
-                Entry::Look { at, late, node }
-            }
+        let begun = if self.share.is_some() && kind == JobKind::End {
+            Entry::Finish { at, node }
+        } else {
+            let node = Some(node);
+            Entry::Look { at, late, node }
         };
         self.log.note(begun);
         let ended = match kind {
@@ -285,12 +285,12 @@ impl WallThread<'_> {
         in_hand.nodes.remove(&node);
         drop(in_hand);
         self.ring();
-        outcome.map(|outcome| StretchEnd::of(node, outcome))
+        outcome.map(|outcome| StretchEnd::after_tick(node, outcome))
     }
 
-    /// The limit before which due ticks count as missed, for work at `at` that ended at `ended`.
-    /// Run time may have stopped or ended while the node was busy: only ticks due by then are
-    /// missed.
+    /// Returns the limit before which due ticks count as missed, for work at `at` that ended at
+    /// `ended`. Run time may have stopped or ended while the node was busy: only ticks due by then
+    /// are missed.
     fn missed_before(&self, at: Time, ended: Time) -> Time {
         let stopped = self.board.mailbox.open().stopped;
         let last = stopped.unwrap_or(Time::MAX).max(at).min(self.context.until);

@@ -8,7 +8,7 @@ use ratelab_study::measured::{loaded, read_column};
 
 use crate::run::Recording;
 
-/// `knob` with the durations of the file that it names, if they are not loaded yet: of a
+/// Returns `knob` with the durations of the file that it names, if they are not loaded yet: of a
 /// recording the durations or the lateness of its node's ticks.
 ///
 /// # Errors
@@ -38,11 +38,12 @@ fn looked_for(file: &Path) -> String {
     }
 }
 
-/// The measurements of `node` for a knob of this `kind`.
+/// Returns the measurements of `node` for a knob of this `kind`.
 pub fn durations(recording: &Recording, kind: KnobKind, node: &str) -> Vec<Duration> {
-    let measured = match kind.sets(TickTiming::Start) {
-        true => |tick: &TickRecord| tick.lateness,
-        false => |tick: &TickRecord| tick.took,
+    let measured = if kind.sets(TickTiming::Start) {
+        |tick: &TickRecord| tick.lateness
+    } else {
+        |tick: &TickRecord| tick.took
     };
     let nodes = recording.nodes().filter(|(of, _)| of.name == node);
     let ticks = nodes.flat_map(|(_, ticks)| ticks);

@@ -2,10 +2,9 @@
 
 use serde_json::Value;
 
-/// Whether `c` is a control character or changes the display of the text around it:
-/// Unicode category Cf, and the separators of lines and paragraphs. U+200C and U+200D are
-/// allowed: file names in some scripts need them, and they join or separate two letters
-/// at most.
+/// Returns whether `c` is a control character or changes the display of the text around it: Unicode
+/// category Cf, and the separators of lines and paragraphs. U+200C and U+200D are allowed: file
+/// names in some scripts need them, and they join or separate two letters at most.
 pub(crate) fn is_control(c: char) -> bool {
     c.is_control()
         || matches!(c,
@@ -31,7 +30,8 @@ pub(crate) fn is_control(c: char) -> bool {
             | '\u{e0000}'..='\u{e007f}')
 }
 
-/// `text` in one line, with the characters that control a terminal escaped, such as `\u{1b}`.
+/// Returns `text` in one line, with the characters that control a terminal escaped, such as
+/// `\u{1b}`.
 pub fn in_line(text: &str) -> String {
     let mut line = String::with_capacity(text.len());
     for c in text.chars() {
@@ -47,7 +47,7 @@ pub fn in_line(text: &str) -> String {
 /// The texts in knobs: a run is executed again with them, so they keep all characters.
 const EXACT: [&str; 2] = ["what", "spec"];
 
-/// Escapes the characters that control a terminal in every text of `value` but those of
+/// Escapes the characters that control a terminal in every text of `value` except
 /// knobs: a file may contain any.
 pub fn make_printable(value: &mut Value) {
     match value {

@@ -39,7 +39,7 @@ pub struct Replay {
     /// Number of replayed items.
     done: usize,
     counters: ReplayAccounts,
-    /// Number of replayed messages per topic, and of those already returned.
+    /// Number of replayed messages per topic, and how many of them were returned.
     replayed: Vec<usize>,
     handed_out: Vec<usize>,
     /// The topic of states, and the node and meter of the age of the sensing behind each
@@ -57,8 +57,9 @@ impl Replay {
         let system = recording.system(system);
         let topology = &recording.origin.topology;
         let [state, chains] = [system.state(), system.chains()].map(|name| topology.topic(name?));
-        let latency = system.latency();
-        let latency = latency.and_then(|(node, meter)| Some((topology.node(node)?, meter)));
+        let latency = system
+            .latency()
+            .and_then(|(node, meter)| Some((topology.node(node)?, meter)));
         Self {
             order: order(&recording, state.zip(latency.map(|(node, _)| node))),
             done: 0,
@@ -73,12 +74,12 @@ impl Replay {
         }
     }
 
-    /// The system of the recording.
+    /// Returns the system of the recording.
     pub fn system(&self) -> &Arc<dyn System> {
         &self.system
     }
 
-    /// The recording.
+    /// Returns the recording.
     pub fn recording(&self) -> &Arc<Recording> {
         &self.recording
     }
@@ -88,36 +89,38 @@ impl Replay {
         self.counters.observer()
     }
 
-    /// Run time of the first item.
+    /// Returns the run time of the first item.
     pub fn begins(&self) -> Time {
         let mut items = self.order.iter();
         let first = items.find(|(_, item)| !matches!(item, ReplayItem::Event(_)));
         first.map_or(Time::ZERO, |(at, _)| *at)
     }
 
-    /// Whether everything is replayed, and the run had ended.
+    /// Returns whether everything is replayed, and the run had ended.
     pub fn is_over(&self) -> bool {
         self.recording.end_of_run().is_some() && self.done == self.order.len()
     }
 
-    /// Run time of the next item.
+    /// Returns the run time of the next item.
     pub fn next(&self) -> Option<Time> {
         self.order.get(self.done).map(|(at, _)| *at)
     }
 
-    /// What happened at the current instant, with its run time (µs).
+    /// Returns what happened at the current instant, with its run time (µs).
     pub fn happened(&self) -> Option<String> {
         let (at, _) = self.order.get(self.done.checked_sub(1)?)?;
         let first = self.order.partition_point(|(before, _)| before < at);
         let items = self.order[first..self.done].iter().map(|(_, item)| *item);
-        // The ticks have made the rest, if there are any.
+        // Ticks have made the rest.
         let made = |item: &ReplayItem| {
             matches!(item, ReplayItem::Message { .. } | ReplayItem::Push { .. })
         };
         let all = items.clone().all(|item| made(&item));
-        let items = items.filter(|item| all || !made(item));
-        let items: Vec<String> = items.map(|item| self.in_words(item)).collect();
-        Some(format!("{:.6} s: {}", at.as_secs_f64(), items.join(", ")))
+        let words: Vec<String> = items
+            .filter(|item| all || !made(item))
+            .map(|item| self.in_words(item))
+            .collect();
+        Some(format!("{:.6} s: {}", at.as_secs_f64(), words.join(", ")))
     }
 
     fn in_words(&self, item: ReplayItem) -> String {
@@ -133,7 +136,7 @@ impl Replay {
         }
     }
 
-    /// Run time of the item before the current instant.
+    /// Returns the run time of the item before the current instant.
     pub fn previous(&self) -> Option<Time> {
         let (last, _) = self.order.get(self.done.checked_sub(1)?)?;
         let before = self.order.partition_point(|(at, _)| at < last);
@@ -153,7 +156,7 @@ impl Replay {
         self.counters.set_now(now);
     }
 
-    /// The messages of the topic called `name` replayed since the last call.
+    /// Returns the messages of the topic called `name` replayed since the last call.
     pub fn new_rows(&mut self, name: &str) -> Rows {
         let Some(topic) = self.recording.origin.topology.topic(name) else {
             return Rows::default();
@@ -168,8 +171,8 @@ impl Replay {
         new
     }
 
-    /// Run time at the end of the recording; that of the run if it is over, even if a tick
-    /// on the real clock began a little later.
+    /// Returns the run time at the end of the recording; that of the run if it is over, even if a
+    /// tick on the real clock began a little later.
     fn end(&self) -> Time {
         let recording = &self.recording;
         if let Some(result) = recording.result() {
@@ -227,8 +230,8 @@ impl Replay {
         }
     }
 
-    /// Adds the latencies of the chains that a message on their `topic` is about: those that end at the
-    /// node that published it. The main one is measured by pushes.
+    /// Adds the latencies of the chains of a message on their `topic`: the chains that end at its
+    /// publisher. The main one is measured by pushes.
     fn outputs(&mut self, topic: usize, index: usize) {
         let messages = &self.recording.topics[topic];
         let Some(by) = messages.heads()[index].by else {
@@ -246,12 +249,12 @@ impl Replay {
         }
     }
 
-    /// The configuration of the run.
+    /// Returns the configuration of the run.
     pub fn config(&self) -> &Config {
         &self.recording.origin.config
     }
 
-    /// The summary of the run, or of its recording, for the part replayed so far.
+    /// Returns the summary of the run, or of its recording, for the part replayed so far.
     pub fn summary(&self) -> Summary {
         let at = self.recording.until;
         let (verdict, sim_time, wall_time) = match self.recording.result() {
@@ -260,8 +263,8 @@ impl Replay {
                 (verdict, result.sim_time, result.wall_time)
             }
             None => {
-                let newest = [self.newest(self.state), self.newest(self.chains)];
-                let newest = newest.map(|row| (!row.is_empty()).then_some(row));
+                let newest = [self.newest(self.state), self.newest(self.chains)]
+                    .map(|row| (!row.is_empty()).then_some(row));
                 let verdict = verdict(&*self.system, &ClockExit::Stopped, at, newest);
                 (verdict, at, Duration::from_nanos(at.as_nanos()))
             }
@@ -278,7 +281,7 @@ impl Replay {
         summary.observed(&*self.system, &self.observer())
     }
 
-    /// The system's own figures of the replayed messages.
+    /// Returns the system's own figures of the replayed messages.
     fn figures(&self) -> Vec<SystemFigure> {
         let Some(mut tally) = self.system.tally(&self.config().setup) else {
             return Vec::new();
@@ -287,14 +290,15 @@ impl Replay {
         let rows = self.recording.topics.iter().zip(&self.replayed);
         for (topic, (rows, replayed)) in topics.zip(rows) {
             if tally.topics().contains(&&*topic.name) {
-                let rows = rows.iter().take(*replayed);
-                rows.for_each(|(_, row)| tally.message(&topic.name, row));
+                rows.iter()
+                    .take(*replayed)
+                    .for_each(|(_, row)| tally.message(&topic.name, row));
             }
         }
         tally.figures()
     }
 
-    /// The mean cost of the replayed states up to run time `end`.
+    /// Returns the mean cost of the replayed states up to run time `end`.
     fn cost(&self, end: Time) -> Option<f64> {
         let (cost, topic) = self.system.quadratic_cost().zip(self.state)?;
         let states = self.recording.topics[topic].iter();
@@ -305,7 +309,7 @@ impl Replay {
         mean.until(end)
     }
 
-    /// The newest replayed message of `topic`; empty if there is none.
+    /// Returns the newest replayed message of `topic`; empty if there is none.
     fn newest(&self, topic: Option<usize>) -> &[f64] {
         let newest = topic.and_then(|topic| {
             let newest = self.replayed[topic].checked_sub(1)?;
@@ -326,9 +330,9 @@ fn begin(recording: &Recording) -> ReplayAccounts {
     ReplayAccounts::new(&origin.topology, status)
 }
 
-/// All items in order of time. At the same run time commands come first, then nodes by
-/// priority, each tick before its messages, and ends last. `acts` is the topic of states and
-/// the node that acts.
+/// Returns all items in order of time. At the same run time commands come first, then nodes by
+/// priority, each tick before its messages, and ends last. `acts` is the topic of states and the
+/// node that acts.
 fn order(recording: &Recording, acts: Option<(usize, usize)>) -> Vec<(Time, ReplayItem)> {
     let topology = &recording.origin.topology;
     let priority = |node: usize| u64::from(topology.nodes[node].priority);
@@ -355,8 +359,12 @@ fn order(recording: &Recording, acts: Option<(usize, usize)>) -> Vec<(Time, Repl
     for topic in 0..recording.topics.len() {
         let publisher = topology.topics[topic].publishers.first();
         let rank = 2 + 2 * publisher.map_or(0, |node| priority(*node));
-        let acts = acts.filter(|(states, _)| *states == topic);
-        let items = messages(recording, topic, acts.map(|(_, node)| node));
+        let items = messages(
+            recording,
+            topic,
+            acts.filter(|(states, _)| *states == topic)
+                .map(|(_, node)| node),
+        );
         order.extend(items.into_iter().map(|(at, item)| ((at, rank), item)));
     }
     order.sort_by_key(|(place, _)| *place);
@@ -366,8 +374,8 @@ fn order(recording: &Recording, acts: Option<(usize, usize)>) -> Vec<(Time, Repl
         .collect()
 }
 
-/// The messages of `topic` in the order of their numbers, which several publishers may not keep
-/// in time. Where they are the states after the actions of a node that `acts`, and its actions
+/// Returns the messages of `topic` in the order of their numbers, which several publishers may not
+/// keep in time. Where they are the states after the actions of a node that `acts`, and its actions
 /// are not recorded, they tell these too: in a world that waits for its actuator.
 fn messages(recording: &Recording, topic: usize, acts: Option<usize>) -> Vec<(Time, ReplayItem)> {
     let publishers = &recording.origin.topology.topics[topic].publishers;

@@ -9,7 +9,7 @@ use ratelab::{
 
 use super::log::LogError;
 
-/// The first byte of the log of a thread; those of earlier releases begin with a smaller one.
+/// The first byte of a thread's log; logs of earlier releases begin with a smaller one.
 const FORMAT: u8 = 2;
 
 /// The log of a thread up to some entry: numbers count from the last one.
@@ -32,8 +32,8 @@ struct LogLine {
     names: Vec<String>,
     /// Its times count from the entry before.
     entry: Entry,
-    /// The positions of the locks that it took; `None` for those of the entry before that had
-    /// some.
+    /// The positions of the locks that it took; `None` for the same locks as the last entry
+    /// with locks.
     locks: Option<Vec<usize>>,
     /// For each of them, twice the number of turns that others took meanwhile; one more after an
     /// access from outside.
@@ -41,12 +41,12 @@ struct LogLine {
 }
 
 impl Coder {
-    /// The next turn of each known lock, if no other thread took one.
+    /// Returns the next turn of each known lock, if no other thread took one.
     pub(super) fn turns(&self) -> impl Iterator<Item = (LockName, u64)> {
         self.locks.iter().copied().zip(self.turns.iter().copied())
     }
 
-    /// What was put so far.
+    /// Returns what was put so far.
     pub(super) fn bytes(&self) -> &[u8] {
         &self.bytes
     }
@@ -92,7 +92,7 @@ impl Coder {
         }
     }
 
-    /// The position of a lock; names it before its first use.
+    /// Returns the position of a lock; names it before its first use.
     fn position(&mut self, lock: LockName) -> usize {
         let known = self.locks.iter().position(|known| *known == lock);
         known.unwrap_or_else(|| {
@@ -103,7 +103,7 @@ impl Coder {
         })
     }
 
-    /// The entries in the log of a thread, each with its operations.
+    /// Returns the entries in the log of a thread, each with its operations.
     ///
     /// # Errors
     /// [`LogError`] for bytes that are no log, or that of an earlier release.
@@ -158,7 +158,7 @@ impl Coder {
     }
 }
 
-/// The times of an entry.
+/// Returns the times of an entry.
 fn times(entry: &mut Entry) -> impl Iterator<Item = &mut Time> {
     let times = match entry {
         Entry::Arrive(arrival) => [Some(&mut arrival.at), None],

@@ -8,7 +8,7 @@ use ratelab::{
     sync::Arc,
 };
 
-/// An entry of a thread, with what follows from those before it.
+/// An entry of a thread, with what follows from earlier entries.
 #[derive(Debug)]
 pub(crate) struct LoggedEntry {
     pub(crate) entry: Entry,
@@ -21,7 +21,7 @@ pub(crate) struct LoggedEntry {
 }
 
 impl LoggedEntry {
-    /// The entry after `last`.
+    /// Creates the entry after `last`.
     pub(crate) fn after(last: Option<&Self>, entry: Entry, operations: Vec<Operation>) -> Self {
         let (at, node) = match entry {
             Entry::Look { at, node, .. } => (Some(at), node),
@@ -37,13 +37,14 @@ impl LoggedEntry {
         }
     }
 
-    /// Whether it began some work, which is over with the next entry.
+    /// Returns whether it began some work, which is over with the next entry.
     pub(crate) fn begins_work(&self) -> bool {
         self.node.is_some() && !matches!(self.entry, Entry::Done { .. })
     }
 }
 
-/// Duration of the work that the first of these `entries` began; zero for one without any.
+/// Returns the duration of the work that the first of these `entries` began; zero for one without
+/// any.
 pub(crate) fn took(entries: &[LoggedEntry]) -> Duration {
     match entries {
         [first, next, ..] if first.begins_work() => {

@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 
 use ratelab::{Command, Event, EventKind, Time};
 
-/// The events of the recorded run, then those that a branch begins with.
+/// The events of the recorded run, then the first events of a branch.
 #[derive(Debug)]
 pub(crate) struct RecordedEvents {
     pub(crate) all: Vec<Event>,
-    /// Positions of those that happened under the real clock.
+    /// Positions of the events that happened under the real clock.
     pub(crate) known: BTreeSet<usize>,
     /// Of these, commands that are refused again without a try.
     pub(crate) refused: BTreeSet<usize>,
@@ -22,7 +22,7 @@ impl RecordedEvents {
         self.all.len() - 1
     }
 
-    /// The command at a position, with the reason if it is to be refused as recorded.
+    /// Returns the command at a position, with the reason if it is to be refused as recorded.
     pub(crate) fn command(&self, event: usize) -> Option<(&Command, Option<&str>)> {
         match &self.all.get(event)?.what {
             EventKind::Applied { command, .. } => Some((command, None)),

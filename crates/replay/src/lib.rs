@@ -1,4 +1,4 @@
-//! A run of the real clock, executed again to the bit.
+//! Executes a run of the real clock again, bit for bit.
 //!
 //! Nodes are functions of what they read. Two runs of the same graph on threads differ in only two
 //! things: *what the clocks* of the threads answered, and *in which order* they took what they
@@ -13,8 +13,8 @@
 //!   on: looks for work and their ends, commands, and the end of each stretch. [`Log`] is the same
 //!   as bytes.
 //! * `Plan` puts whole entries in a row, and into *overlaps* where they really do. A log with a
-//!   plan is an execution, so it cannot hang. Where no work is between its begin and its end, the
-//!   graph is at rest: there a run can be left.
+//!   plan is an execution, so it cannot hang. Where no work is between its start and its end, the
+//!   graph is at rest: there a branch can begin.
 //! * [`Rerun`] is a clock that plays the plan. An [`Overlap`] can be held between any two of its
 //!   operations.
 //!
@@ -28,6 +28,7 @@ mod entry;
 mod events;
 mod log;
 mod plan;
+mod play_error;
 mod players;
 mod rerun;
 mod run_log;

@@ -12,7 +12,7 @@ pub struct Log {
     threads: Vec<Vec<u8>>,
 }
 
-/// A position in the log of a run, for those who read it piece by piece.
+/// A position in the log of a run, to read it piece by piece.
 #[derive(Clone, Debug, Default)]
 pub struct LogPosition(pub(super) Vec<usize>);
 
@@ -38,7 +38,7 @@ pub enum LogError {
 impl Log {
     /// The most memory for the log of a run (bytes): ten hours of a default run. What
     /// comes later is not logged.
-    pub(super) const MOST: usize = 64 << 20;
+    pub(super) const MAX_BYTES: usize = 64 << 20;
 
     /// Adds bytes of a thread: 0 is the thread that supervises, then come the nodes in the
     /// order of their addition.
@@ -49,17 +49,17 @@ impl Log {
         self.threads[thread].extend_from_slice(bytes);
     }
 
-    /// Whether the run was never under the real clock, or has no log.
+    /// Returns whether the run was never under the real clock, or has no log.
     pub fn is_empty(&self) -> bool {
         self.threads.is_empty()
     }
 
-    /// Whether the log was too long, so that it ends before the run.
+    /// Returns whether the log was too long, so that it ends before the run.
     pub fn is_full(&self) -> bool {
-        self.threads.iter().map(Vec::len).sum::<usize>() > Self::MOST
+        self.threads.iter().map(Vec::len).sum::<usize>() > Self::MAX_BYTES
     }
 
-    /// The bytes of the threads.
+    /// Returns the bytes of the threads.
     pub fn threads(&self) -> &[Vec<u8>] {
         &self.threads
     }

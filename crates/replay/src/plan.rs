@@ -52,12 +52,12 @@ pub(crate) struct PlanPart {
 }
 
 impl Plan {
-    /// The plan for `threads` with these `names`, whose first operations take these
+    /// Returns the plan for `threads` with these `names`, whose first operations take these
     /// `turns`. A log that is not `whole` is planned until an operation is missing: then this
     /// returns `false` beside the plan.
     ///
     /// # Errors
-    /// [`LogError`] if there is no such order.
+    /// [`LogError`] if no such order exists.
     pub(crate) fn new(
         threads: &[Vec<LoggedEntry>],
         names: &[Arc<str>],
@@ -101,7 +101,7 @@ struct Lock {
 }
 
 impl Lock {
-    /// The thread that has the next turn.
+    /// Returns the thread that has the next turn.
     fn owner(&self) -> Option<usize> {
         let index = self
             .turns
@@ -159,18 +159,18 @@ impl<'a> Planner<'a> {
         Ok(planner)
     }
 
-    /// The next entry of a thread.
+    /// Returns the next entry of a thread.
     fn entry(&self, thread: usize) -> Option<&'a LoggedEntry> {
         self.threads[thread].get(self.next[thread].entry)
     }
 
-    /// The operation of a step; `None` for an entry without any.
+    /// Returns the operation of a step; `None` for an entry without any.
     fn operation(&self, step: PlanStep) -> Option<&'a Operation> {
         let entry = self.threads[step.thread].get(step.entry)?;
         entry.operations.get(step.operation)
     }
 
-    /// The threads with entries left, by the run times of these.
+    /// Returns the threads with entries left, by the run times of these.
     fn unfinished(&self) -> impl Iterator<Item = (Time, usize)> {
         let threads = 0..self.threads.len();
         threads.filter_map(|thread| Some((self.entry(thread)?.began, thread)))
@@ -187,7 +187,7 @@ impl<'a> Planner<'a> {
         self.locks.entry(name).or_default()
     }
 
-    /// The first whole entry that can run, or else the overlap around the entry that began
+    /// Returns the first whole entry that can run, or else the overlap around the entry that began
     /// first; of a torn log, the first that is whole.
     fn next(&mut self) -> Option<PlanPart> {
         while let Some(Reverse((_, thread))) = self.ready.pop() {
@@ -201,13 +201,14 @@ impl<'a> Planner<'a> {
         }
         let mut starts: Vec<(Time, usize)> = self.unfinished().collect();
         starts.sort_unstable();
-        let mut starts = starts.into_iter();
-        let overlap = starts.find_map(|(_, start)| self.part(start, true).ok());
+        let overlap = starts
+            .into_iter()
+            .find_map(|(_, start)| self.part(start, true).ok());
         self.wake_all();
         overlap
     }
 
-    /// Looks again at a `thread` that took these `steps`, and at those that waited for it.
+    /// Looks again at a `thread` that took these `steps`, and at threads that waited for it.
     fn wake(&mut self, thread: usize, steps: Range<usize>) {
         let mut woken = vec![thread];
         for step in steps {
@@ -222,7 +223,7 @@ impl<'a> Planner<'a> {
         }
     }
 
-    /// Takes the steps of the next entry of `start`; if it `overlaps`, with those of other threads
+    /// Takes the steps of the next entry of `start`; if it `overlaps`, with the steps of threads
     /// that it waits for. Takes none if it cannot end, and returns the lock that it waits for.
     fn part(&mut self, start: usize, overlaps: bool) -> Result<PlanPart, LockName> {
         let (from, mut open) = (self.plan.steps.len(), vec![start]);
@@ -230,8 +231,10 @@ impl<'a> Planner<'a> {
             let thread = match self.can_step(first) {
                 Ok(()) => first,
                 Err(lock) => {
-                    let mut open = open.iter().copied();
-                    let able = open.find(|thread| self.can_step(*thread).is_ok());
+                    let able = open
+                        .iter()
+                        .copied()
+                        .find(|thread| self.can_step(*thread).is_ok());
                     let needed = || self.needed_by(first).filter(|_| overlaps);
                     let Some(thread) = able.or_else(needed) else {
                         self.back_to(from);
@@ -249,15 +252,16 @@ impl<'a> Planner<'a> {
         Ok(self.ended(from, overlaps))
     }
 
-    /// The part of the steps after the first `from`.
+    /// Returns the part of the steps after the first `from`.
     fn ended(&mut self, from: usize, overlaps: bool) -> PlanPart {
         let mut latest = Time::ZERO;
         for step in &self.plan.steps[from..] {
             let entry = &self.threads[step.thread][step.entry];
             latest = latest.max(entry.began);
-            match entry.begins_work() {
-                true => self.working.insert(step.thread),
-                false => self.working.remove(&step.thread),
+            if entry.begins_work() {
+                self.working.insert(step.thread)
+            } else {
+                self.working.remove(&step.thread)
             };
         }
         PlanPart {
@@ -268,7 +272,7 @@ impl<'a> Planner<'a> {
         }
     }
 
-    /// Whether the next operation of a thread is next in turn; the lock if it is not.
+    /// Returns whether the next operation of a thread is next in turn; the lock if it is not.
     fn can_step(&self, thread: usize) -> Result<(), LockName> {
         match self.operation(self.next[thread]) {
             Some(operation) if self.locks[&operation.lock].next != operation.turn => {
@@ -288,9 +292,10 @@ impl<'a> Planner<'a> {
         let operations = self.threads[thread][step.entry].operations.len();
         let ends = step.operation + 1 >= operations;
         let next = &mut self.next[thread];
-        (next.entry, next.operation) = match ends {
-            true => (step.entry + 1, 0),
-            false => (step.entry, step.operation + 1),
+        (next.entry, next.operation) = if ends {
+            (step.entry + 1, 0)
+        } else {
+            (step.entry, step.operation + 1)
         };
         ends
     }
@@ -305,7 +310,7 @@ impl<'a> Planner<'a> {
         }
     }
 
-    /// The thread that can go on, and that `thread` waits for, directly or not.
+    /// Returns the thread that can go on, and that `thread` waits for, directly or not.
     fn needed_by(&self, mut thread: usize) -> Option<usize> {
         for _ in 0..=self.threads.len() {
             let operation = self.operation(self.next[thread])?;
@@ -317,19 +322,18 @@ impl<'a> Planner<'a> {
         None
     }
 
-    /// Why nothing can go on, for threads with these `names`.
+    /// Returns why nothing can go on, for threads with these `names`.
     fn obstacle(&self, names: &[Arc<str>]) -> String {
-        let waits = self.next.iter().zip(names);
-        let waits = waits.filter_map(|(next, name)| {
+        let waits = self.next.iter().zip(names).filter_map(|(next, name)| {
             let Operation { lock, turn, .. } = self.operation(*next)?;
             let next = self.locks[lock].next;
             let missing = match self.locks[lock].owner() {
                 Some(_) => "",
                 None => ", which nobody took",
             };
-            let lock = lock.text();
+            let lock_name = lock.text();
             Some(format!(
-                "{name} took turn {turn} of {lock} after turn {next}{missing}"
+                "{name} took turn {turn} of {lock_name} after turn {next}{missing}"
             ))
         });
         waits.collect::<Vec<_>>().join(", ")

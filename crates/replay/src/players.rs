@@ -17,6 +17,7 @@ use super::{
     entry::{LoggedEntry, took},
     events::RecordedEvents,
     plan::PlanStep,
+    play_error::PlayError,
     script::Script,
     watch::Watch,
 };
@@ -66,7 +67,7 @@ pub(super) fn refuse_again(state: &RunState, command: &Command, at: Time, reason
 }
 
 impl<'a> Players<'a> {
-    /// The `threads` of a stretch of a run, before their first entry.
+    /// Creates the `threads` of a stretch of a run, before their first entry.
     pub(super) fn new(
         run: RunView<'a>,
         threads: &'a [Vec<LoggedEntry>],
@@ -75,8 +76,9 @@ impl<'a> Players<'a> {
     ) -> Self {
         run.state.begin_threads(threads.len() - 1);
         let groups = task_sets.groups().into_iter();
-        let workers = groups.flat_map(|group| group.workers);
-        let workers = workers.map(|(node, worker)| (node + 1, Role::Worker(worker)));
+        let workers = groups
+            .flat_map(|group| group.workers)
+            .map(|(node, worker)| (node + 1, Role::Worker(worker)));
         let supervisor = [(0, Role::Supervisor(supervision))];
         let mut roles: BTreeMap<usize, Role<'a>> = supervisor.into_iter().chain(workers).collect();
         let all = threads
@@ -91,8 +93,8 @@ impl<'a> Players<'a> {
                 log: run.state.entries_of(number),
                 outcome: None,
                 exit: None,
-            });
-        let all = all.collect();
+            })
+            .collect();
         Self { run, all }
     }
 
@@ -103,16 +105,18 @@ impl<'a> Players<'a> {
         }
     }
 
-    /// Takes these `steps`, those of each thread on one of its own; the supervisor's are taken on
-    /// the calling one.
+    /// Takes these `steps`, each on the thread of its player; the supervisor's are taken on the
+    /// calling thread.
     pub(super) fn together(&mut self, steps: &[PlanStep]) {
         let watch = self.run.watch;
         let mut ends: Vec<usize> = self.all.iter().map(|player| player.done).collect();
         for step in steps {
             ends[step.thread] = step.entry + 1;
         }
-        let players = self.all.iter_mut().zip(ends);
-        let mut players = players
+        let mut players = self
+            .all
+            .iter_mut()
+            .zip(ends)
             .filter(|(player, end)| *end > player.done)
             .peekable();
         let play = |player: &mut ThreadPlayer<'_>, end: usize| {
@@ -157,13 +161,13 @@ impl<'a> Players<'a> {
         };
         self.all[0].log.note_alone(Entry::End(end));
         self.come_to(end).unwrap_or_else(|difference| {
-            watch.differs(difference);
+            watch.differs(difference.to_string());
             Ok(Some(ClockExit::Stopped))
         })
     }
 
     /// Comes to the recorded `end`, or to a difference from it.
-    fn come_to(self, end: End) -> Result<Result<Option<ClockExit>, Fault>, String> {
+    fn come_to(self, end: End) -> Result<Result<Option<ClockExit>, Fault>, PlayError> {
         let RunView { watch, state, .. } = self.run;
         let exit = self.all[0].exit.clone();
         let outcomes = self.all.into_iter().filter_map(|player| {
@@ -173,7 +177,7 @@ impl<'a> Players<'a> {
         let mut outcomes: BTreeMap<usize, Result<Time, Fault>> = outcomes.collect();
         let mut others = outcomes.values();
         if let Some(other) = others.find_map(|outcome| unexplained(end, outcome)) {
-            return Err(format!("{other}; the recorded run went on"));
+            return Err(PlayError::Ended(other));
         }
         let name = |node: usize| watch.name(node.saturating_add(1)).to_owned();
         let exit = match end {
@@ -199,11 +203,11 @@ impl<'a> Players<'a> {
                 Some(Err(Fault { node, at, cause }))
             }
         };
-        exit.ok_or_else(|| format!("it did not come to its recorded end, {end:?}"))
+        exit.ok_or(PlayError::OtherEnd(end))
     }
 }
 
-/// What a node did to end the run, if the recorded `end` does not explain that.
+/// Returns what a node did to end the run, if the recorded `end` does not explain that.
 fn unexplained(end: End, outcome: &Result<Time, Fault>) -> Option<String> {
     match (end, outcome) {
         (End::Failed { .. } | End::NoThread { .. }, _) | (End::Ended { .. }, Ok(_)) => None,
@@ -244,14 +248,14 @@ impl ThreadPlayer<'_> {
 
     /// Does an entry; returns it, that of a command with the position in the event log of this
     /// run, or the difference from the recorded run.
-    fn step(&mut self, entry: Entry) -> Result<Entry, String> {
+    fn step(&mut self, entry: Entry) -> Result<Entry, PlayError> {
         if self.outcome.is_some() {
-            return Err("it had ended before".to_owned());
+            return Err(PlayError::HadEnded);
         }
         match (&mut self.role, entry) {
-            (None, _) => return Err("it has no thread, and had one".to_owned()),
+            (None, _) => return Err(PlayError::NoThread),
             (_, Entry::Obey { at, event }) => {
-                let event = self.obey(event, at).ok_or("it has no such node")?;
+                let event = self.obey(event, at).ok_or(PlayError::NoNode)?;
                 return Ok(Entry::Obey { at, event });
             }
             (Some(Role::Worker(worker)), Entry::Arrive(arrival)) => worker.arrive(arrival),
@@ -269,7 +273,7 @@ impl ThreadPlayer<'_> {
             (Some(Role::Worker(worker)), Entry::Done { at, missed_before }) => {
                 self.outcome = worker.done(at, missed_before);
             }
-            _ => return Err(format!("no thread can have done {entry:?}")),
+            _ => return Err(PlayError::Impossible(entry)),
         }
         Ok(entry)
     }
@@ -293,7 +297,7 @@ impl ThreadPlayer<'_> {
     }
 
     /// Checks that the node did some work that did so in the recorded run.
-    fn check(&self, recorded: Option<usize>, worked: Option<usize>) -> Result<(), String> {
+    fn check(&self, recorded: Option<usize>, worked: Option<usize>) -> Result<(), PlayError> {
         if worked == recorded {
             return Ok(());
         }
@@ -301,9 +305,9 @@ impl ThreadPlayer<'_> {
             Some(node) => self.run.watch.name(node.saturating_add(1)),
             None => "nobody",
         };
-        let (now, before) = (name(worked), name(recorded));
-        Err(format!(
-            "{now} had something to do where {before} had in the recorded run"
-        ))
+        Err(PlayError::OtherNode {
+            now: name(worked).to_owned(),
+            before: name(recorded).to_owned(),
+        })
     }
 }

@@ -35,13 +35,13 @@ use super::{
 ///     Ok::<_, Box<dyn std::error::Error>>(graph)
 /// };
 /// let (mut first, end) = (graph()?, Time::from_secs_f64(0.05)?);
-/// let log = RunLog::of(&first.state());
+/// let log = RunLog::attach(&first.state());
 /// RealClock::default().run(&mut first, &mut Inbox::default(), end)?;
 ///
 /// let events = first.state().events(0);
 /// let mut rerun = Rerun::new(&log.log(), &events, &first.topology())?;
 /// let mut again = graph()?;
-/// let log_again = RunLog::of(&again.state());
+/// let log_again = RunLog::attach(&again.state());
 /// rerun.run(&mut again, &mut Inbox::default(), end)?;
 /// assert_eq!(rerun.difference(), None);
 /// assert_eq!(log_again.log(), log.log());
@@ -55,7 +55,7 @@ pub struct Rerun {
     whole: bool,
     /// Whether the recorded run was left.
     left: bool,
-    /// The number of overlaps up to the one to be held in, if there is one.
+    /// The number of overlaps up to the one to be held in, if any.
     hold: Option<usize>,
     watch: Arc<Watch>,
 }
@@ -75,7 +75,7 @@ impl Rerun {
     ///
     /// # Errors
     /// As of [`Rerun::new`].
-    pub fn of_torn(log: &Log, events: &[Event], topology: &Topology) -> Result<Self, LogError> {
+    pub fn from_torn(log: &Log, events: &[Event], topology: &Topology) -> Result<Self, LogError> {
         Self::read(log, events, topology, false)
     }
 
@@ -103,18 +103,22 @@ impl Rerun {
         })
     }
 
-    /// Whether the event at this position of the event log happened under the real clock:
+    /// Returns whether the event at this position of the event log happened under the real clock:
     /// the log of the threads has it. All others have to be given again.
     pub fn knows(&self, event: usize) -> bool {
         self.events.known.contains(&event)
     }
 
-    /// The commands under the real clock that have yet to be carried out, to be loaded
-    /// with what they need.
+    /// Returns the commands under the real clock that have yet to be carried out, to be loaded with
+    /// what they need.
     pub fn commands_mut(&mut self) -> impl Iterator<Item = &mut Command> {
         let known = &self.events.known;
-        let events = self.events.all.iter_mut().enumerate();
-        let events = events.filter(|(index, _)| known.contains(index));
+        let events = self
+            .events
+            .all
+            .iter_mut()
+            .enumerate()
+            .filter(|(index, _)| known.contains(index));
         events.filter_map(|(_, event)| match &mut event.what {
             EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => {
                 Some(command)
@@ -123,8 +127,8 @@ impl Rerun {
         })
     }
 
-    /// Refuses those commands again, for the recorded reason, that were refused and that
-    /// `of` selects: a file that was missing may be there now.
+    /// Refuses the refused commands that `of` selects again, for the recorded reason: a file
+    /// that was missing may be there now.
     pub fn expect_refusals(&mut self, of: impl Fn(&Command) -> bool) {
         let RecordedEvents { all, known, .. } = &self.events;
         let was_refused = |index: &&usize| match &all[**index].what {
@@ -161,7 +165,7 @@ impl Rerun {
         }
     }
 
-    /// Whether it has left the recorded run, to go on under the virtual clock.
+    /// Returns whether it has left the recorded run, to go on under the virtual clock.
     pub fn has_left(&self) -> bool {
         self.left
     }
@@ -175,7 +179,7 @@ impl Rerun {
         self.watch.allow(operations);
     }
 
-    /// The ticks that overlap, in order.
+    /// Returns the ticks that overlap, in order.
     pub fn overlaps(&self) -> Vec<Overlap> {
         let stretches = self.sections.iter().filter_map(|section| match section {
             Section::Stretch(stretch) => Some(stretch),
@@ -184,17 +188,19 @@ impl Rerun {
         stretches.flat_map(Stretch::overlaps).collect()
     }
 
-    /// The run times at which the graph rests between two ticks under the real clock, in
+    /// Returns the run times at which the graph rests between two ticks under the real clock, in
     /// order: where a run can be left.
     pub fn rests(&self) -> Vec<Time> {
-        let rests = self.rests_from(ClockKind::Real).into_iter();
-        let rests = rests.filter(|(_, clock)| *clock == ClockKind::Real);
+        let rests = self
+            .rests_from(ClockKind::Real)
+            .into_iter()
+            .filter(|(_, clock)| *clock == ClockKind::Real);
         let mut rests: Vec<Time> = rests.map(|(at, _)| at).collect();
         rests.dedup();
         rests
     }
 
-    /// The last of these at or before `at`; `None` if the run, which began under the clock
+    /// Returns the last of these at or before `at`; `None` if the run, which began under the clock
     /// `first`, was under the virtual clock then.
     pub fn rest_before(&self, at: Time, first: ClockKind) -> Option<Time> {
         let rests = self.rests_from(first).into_iter();
@@ -202,7 +208,7 @@ impl Rerun {
         (clock == ClockKind::Real).then_some(rest)
     }
 
-    /// The rests of a run that began under the clock `first`, each with the clock after it.
+    /// Returns the rests of a run that began under the clock `first`, each with the clock after it.
     fn rests_from(&self, first: ClockKind) -> Vec<(Time, ClockKind)> {
         let (mut now, mut rests) = (Time::ZERO, vec![(Time::ZERO, first)]);
         for section in &self.sections {
@@ -233,11 +239,12 @@ impl Rerun {
         self.watch.clone()
     }
 
-    /// What was different first, beside messages and events; `None` if nothing was.
+    /// Returns what was different first, beside messages and events; `None` if nothing was.
     pub fn difference(&self) -> Option<String> {
         let more = self.whole && !self.sections.is_empty();
-        let more = more.then(|| "the recorded run went on under the real clock".to_owned());
-        self.watch.difference().or(more)
+        self.watch
+            .difference()
+            .or(more.then(|| "the recorded run went on under the real clock".to_owned()))
     }
 }
 
@@ -251,7 +258,7 @@ impl Clock for Rerun {
     fn run(&mut self, graph: &mut Graph, _: &mut Inbox, _: Time) -> Result<ClockExit, Fault> {
         graph.set_cores(self.cores());
         graph.set_clock(ClockKind::Real);
-        // There is no wall to keep up with: those who look on lose nothing.
+        // The run does not keep up with a wall clock, so observers lose nothing.
         graph.state().set_waits(true);
         let end = loop {
             let end = self.section(graph);

@@ -27,7 +27,7 @@ use super::{
 ///
 /// let mut graph = Graph::new();
 /// graph.node("a", Hz::new(500.0)?, 0, |_| |_: &mut Tick| {})?;
-/// let log = RunLog::of(&graph.state());
+/// let log = RunLog::attach(&graph.state());
 /// RealClock::default().run(&mut graph, &mut Inbox::default(), Time::from_nanos(9_000_000))?;
 /// assert!(!log.log().is_empty());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -73,14 +73,14 @@ impl OutsideWrites {
 }
 
 impl RunLog {
-    /// The log of a run, from now on if it had none. Beside a journal of another kind it stays
-    /// empty.
-    pub fn of(run: &RunState) -> Arc<Self> {
+    /// Returns the log of a run, from now on if it had none. Beside a journal of another kind it
+    /// stays empty.
+    pub fn attach(run: &RunState) -> Arc<Self> {
         let journal: Arc<dyn Any + Send + Sync> = run.journal_or(|| Arc::<Self>::default());
         journal.downcast().unwrap_or_default()
     }
 
-    /// The log of thread number `thread`.
+    /// Returns the log of thread number `thread`.
     fn stream(&self, thread: usize) -> Arc<Stream> {
         let mut streams = lock(&self.streams);
         while streams.len() <= thread {
@@ -92,33 +92,37 @@ impl RunLog {
         streams[thread].clone()
     }
 
-    /// The log of the run so far, as far as it was under the real clock.
+    /// Returns the log of the run so far, as far as it was under the real clock.
     pub fn log(&self) -> Log {
         let pieces = self.since(&mut LogPosition::default());
         pieces.into_iter().collect()
     }
 
-    /// The names of the topics and [`Shared`](ratelab::Shared) values that a thread outside of the
-    /// graph wrote to while the graph was under the real clock: such a run cannot come back. Each
-    /// is known as soon as a node has been there next.
+    /// Returns the names of the topics and [`Shared`](ratelab::Shared) values that a thread outside
+    /// of the graph wrote to while the graph was under the real clock: such a run cannot come back.
+    /// Each is known as soon as a node has been there next.
     pub fn written_from_outside(&self) -> Vec<std::sync::Arc<str>> {
         let outside = lock(&self.totals.outside);
         outside.taken.iter().map(|name| name.text()).collect()
     }
 
-    /// What the threads did after `position`: bytes for a [`Log`], each piece with the number of
-    /// its thread. Moves the position to the end. Events that these mention are in the events of
-    /// the run afterwards.
+    /// Returns what the threads did after `position`: bytes for a [`Log`], each piece with the
+    /// number of its thread. Moves the position to the end. Events that these mention are in the
+    /// events of the run afterwards.
     pub fn since(&self, position: &mut LogPosition) -> Vec<(usize, Vec<u8>)> {
         let streams = lock(&self.streams).clone();
         position.0.resize(streams.len(), 0);
-        let pieces = streams.iter().zip(&mut position.0).enumerate();
-        let pieces = pieces.map(|(thread, (stream, known))| {
-            let coder = lock(&stream.coder);
-            let piece = coder.bytes()[*known..].to_vec();
-            *known = coder.bytes().len();
-            (thread, piece)
-        });
+        let pieces =
+            streams
+                .iter()
+                .zip(&mut position.0)
+                .enumerate()
+                .map(|(thread, (stream, known))| {
+                    let coder = lock(&stream.coder);
+                    let piece = coder.bytes()[*known..].to_vec();
+                    *known = coder.bytes().len();
+                    (thread, piece)
+                });
         pieces.filter(|(_, piece)| !piece.is_empty()).collect()
     }
 }
@@ -145,7 +149,7 @@ impl Journal for RunLog {
 
 impl ThreadJournal for Stream {
     fn add(&self, entry: &Entry, turns: &[Operation]) {
-        if self.totals.size.load(Ordering::Relaxed) > Log::MOST {
+        if self.totals.size.load(Ordering::Relaxed) > Log::MAX_BYTES {
             return;
         }
         for operation in turns.iter().filter(|operation| operation.outside) {

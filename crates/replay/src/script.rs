@@ -41,12 +41,14 @@ impl TurnFollower for Script {
             self.done.set(self.done.get() + 1);
             return self.watch.pass(self.thread).then_some(operation.turn);
         }
-        let expected = expected.map(|operation| operation.lock.text());
         self.watch.differs(format!(
             "{} took {} where the recorded run took {}",
             self.watch.name(self.thread),
             lock.text(),
-            expected.as_deref().unwrap_or("nothing more")
+            expected
+                .map(|operation| operation.lock.text())
+                .as_deref()
+                .unwrap_or("nothing more")
         ));
         None
     }

@@ -57,18 +57,20 @@ impl<'a> SectionReader<'a> {
     /// is not `whole` may end anywhere.
     ///
     /// # Errors
-    /// [`LogError`] if it is no log, or that of another graph.
+    /// [`LogError`] if it is not a log, or a log of another graph.
     pub(crate) fn new(
         log: &Log,
         events: &'a [Event],
         names: &'a [Arc<str>],
         whole: bool,
     ) -> Result<Self, LogError> {
-        let threads = log.threads().iter();
-        let threads = threads.map(|bytes| Ok(Coder::read(bytes)?.into_iter().peekable()));
+        let threads = log
+            .threads()
+            .iter()
+            .map(|bytes| Ok(Coder::read(bytes)?.into_iter().peekable()));
         let mut threads: Vec<_> = threads.collect::<Result<_, LogError>>()?;
         if threads.len() > names.len() {
-            // The supervisor is no node.
+            // The supervisor is not a node.
             let (nodes, names) = (threads.len() - 1, names.len() - 1);
             let why = format!("it has {nodes} nodes, and the graph {names}");
             return Err(LogError::Damaged(why));
@@ -84,7 +86,7 @@ impl<'a> SectionReader<'a> {
         })
     }
 
-    /// The parts of the run in order, up to the first that is cut off.
+    /// Returns the parts of the run in order, up to the first that is cut off.
     ///
     /// # Errors
     /// [`LogError`] if it is the log of no run.
@@ -112,18 +114,19 @@ impl<'a> SectionReader<'a> {
             .threads
             .iter_mut()
             .any(|thread| thread.next().is_some());
-        match more && self.whole {
-            true => Err(impossible("a node ran after the end".to_owned())),
-            false => Ok(sections),
+        if more && self.whole {
+            Err(impossible("a node ran after the end".to_owned()))
+        } else {
+            Ok(sections)
         }
     }
 
-    /// The stretch that the supervisor has begun, and whether it is whole.
+    /// Returns the stretch that the supervisor has begun, and whether it is whole.
     fn stretch(&mut self) -> Result<(Stretch, bool), LogError> {
         let supervisor = &mut self.threads[0];
         let own = take_while(supervisor, |entry| matches!(entry, Entry::Obey { .. }));
-        let end = supervisor.next_if(|(entry, _)| matches!(entry, Entry::End(_)));
-        let end = end.and_then(|(entry, _)| match entry {
+        let end_entry = supervisor.next_if(|(entry, _)| matches!(entry, Entry::End(_)));
+        let end = end_entry.and_then(|(entry, _)| match entry {
             Entry::End(end) => Some(end),
             _ => None,
         });
@@ -140,13 +143,14 @@ impl<'a> SectionReader<'a> {
         }
         let (plan, is_over) = Plan::new(&threads, self.names, &mut self.turns, self.whole)?;
         let is_whole = is_over && end.is_some();
-        match self.whole && !is_whole {
-            true => Err(LogError::Damaged("a stretch of it has no end".to_owned())),
-            false => Ok((Stretch { threads, plan, end }, is_whole)),
+        if self.whole && !is_whole {
+            Err(LogError::Damaged("a stretch of it has no end".to_owned()))
+        } else {
+            Ok((Stretch { threads, plan, end }, is_whole))
         }
     }
 
-    /// The entries of a thread, up to the first that cannot be known.
+    /// Returns the entries of a thread, up to the first that cannot be known.
     fn thread(&mut self, logged: Vec<Logged>) -> Result<Vec<LoggedEntry>, LogError> {
         let mut entries = Vec::<LoggedEntry>::new();
         for (entry, operations) in logged {
@@ -165,8 +169,8 @@ impl<'a> SectionReader<'a> {
         Ok(entries)
     }
 
-    /// The position of an event that a thread mentions; `None` where the events are cut
-    /// off before it.
+    /// Returns the position of an event that a thread mentions; `None` where the events are cut off
+    /// before it.
     fn event(&mut self, event: u64) -> Result<Option<usize>, LogError> {
         let index = usize::try_from(event).unwrap_or(usize::MAX);
         match self.events.get(index).map(|event| &event.what) {
@@ -177,13 +181,13 @@ impl<'a> SectionReader<'a> {
             }
             None if !self.whole => Ok(None),
             _ => Err(impossible(format!(
-                "event {event} is no command, or came twice"
+                "event {event} is not a command, or came twice"
             ))),
         }
     }
 }
 
-/// The next entries of a thread that are of a `kind`.
+/// Returns the next entries of a thread that are of a `kind`.
 fn take_while(
     entries: &mut Peekable<IntoIter<Logged>>,
     kind: impl Fn(&Entry) -> bool,
@@ -221,7 +225,7 @@ pub struct OverlapOperation {
 }
 
 impl Stretch {
-    /// Its ticks that overlap.
+    /// Returns its ticks that overlap.
     pub(crate) fn overlaps(&self) -> impl Iterator<Item = Overlap> {
         let parts = self.plan.parts.iter();
         parts

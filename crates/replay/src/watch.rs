@@ -84,17 +84,17 @@ pub struct BusyNode {
     pub took: Duration,
 }
 
-/// For those who look on.
+/// For observers.
 impl Watch {
-    /// The first operation that was not the recorded one; `None` if there is none.
+    /// Returns the first operation that was not the recorded one; `None` if there is none.
     pub fn difference(&self) -> Option<String> {
         self.state().difference.clone()
     }
 
-    /// What the run does now.
+    /// Returns what the run does now.
     pub fn doing(&self) -> Doing {
         let state = self.state();
-        // The supervisor is no node.
+        // The supervisor is not a node.
         let mut nodes = state.busy.range(1..);
         let node = nodes.find(|(thread, _)| !state.waiting.contains(thread));
         Doing {
@@ -115,7 +115,7 @@ impl Watch {
         self.changed.notify_all();
     }
 
-    /// The number of operations of that overlap that are done, once its nodes are at rest.
+    /// Returns the number of operations of that overlap that are done, once its nodes are at rest.
     pub fn held(&self) -> Option<usize> {
         let hold = &self.state().hold;
         let all = hold.order.as_ref()?.len();
@@ -145,12 +145,12 @@ impl Watch {
         lock(&self.state)
     }
 
-    /// The name of a thread.
+    /// Returns the name of a thread.
     pub(crate) fn name(&self, thread: usize) -> &str {
         self.names.get(thread).map_or("nobody", |name| name)
     }
 
-    /// Has every thread pause for a random time before each operation.
+    /// Lets every thread pause for a random time before each operation.
     pub(crate) fn perturb(&self) {
         self.state().perturbed = true;
     }
@@ -169,7 +169,7 @@ impl Watch {
         self.allow(ALL);
     }
 
-    /// Whether the run was given up.
+    /// Returns whether the run was given up.
     pub(crate) fn is_over(&self) -> bool {
         self.state().over
     }
@@ -192,9 +192,10 @@ impl Watch {
     /// Notes whether a thread waits for its turn.
     pub(crate) fn waits(&self, thread: usize, waits: bool) {
         let waiting = &mut self.state().waiting;
-        match waits {
-            true => waiting.insert(thread),
-            false => waiting.remove(&thread),
+        if waits {
+            waiting.insert(thread)
+        } else {
+            waiting.remove(&thread)
         };
     }
 

@@ -29,12 +29,12 @@ pub struct AgeData {
 }
 
 impl AgeData {
-    /// The mean part of the age that no plan knew of: the limits are for this.
+    /// Returns the mean part of the age that no plan knew of: the limits are for this.
     pub fn unpredicted(&self) -> Duration {
         self.mean.saturating_sub(self.predicted.unwrap_or_default())
     }
 
-    /// The position of the age against its limits, as far as the screen tells it.
+    /// Returns the position of the age against its limits, as far as the screen tells it.
     pub fn strain(&self) -> Strain {
         if self.hidden {
             return Strain::Hidden;
@@ -42,7 +42,7 @@ impl AgeData {
         self.true_strain()
     }
 
-    /// The position of the age against its limits, hidden or not.
+    /// Returns the position of the age against its limits, hidden or not.
     pub fn true_strain(&self) -> Strain {
         // Where rates alone come to a limit, the mean is that limit: a constant age that is borne.
         let mean = self.unpredicted() + HAIR;
@@ -57,7 +57,7 @@ impl AgeData {
         }
     }
 
-    /// The limit above which the run is lost, or else the one at which small deviations
+    /// Returns the limit above which the run is lost, or else the one at which small deviations
     /// grow.
     pub fn limit(&self) -> Option<Duration> {
         self.limits.falls.or(self.limits.grows)
@@ -124,18 +124,18 @@ impl PushSentence {
     /// Widths of the sentence (columns).
     const WIDTHS: [usize; 5] = [usize::MAX, 78, 64, 52, 38];
 
-    /// The sentence about `parts`.
-    pub fn of(parts: &AgeParts, topology: &Topology) -> Self {
+    /// Creates the sentence about `parts`.
+    pub fn new(parts: &AgeParts, topology: &Topology) -> Self {
         let within = |room| sentence(parts, topology, room, Self::MORE);
         Self(Self::WIDTHS.map(within).into())
     }
 
-    /// The whole sentence.
+    /// Returns the whole sentence.
     pub fn whole(&self) -> &str {
         self.0.first().map_or("", String::as_str)
     }
 
-    /// The longest one for which `fits` is true, or else the shortest.
+    /// Returns the longest one for which `fits` is true, or else the shortest.
     pub fn fitting(&self, fits: impl Fn(&str) -> bool) -> &str {
         let fitting = self.0.iter().find(|text| fits(text));
         fitting.or(self.0.last()).map_or("", String::as_str)

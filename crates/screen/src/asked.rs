@@ -26,7 +26,7 @@ impl<Q, A> Default for Asked<Q, A> {
 }
 
 impl<Q: Clone + PartialEq + Send + 'static, A: Send + 'static> Asked<Q, A> {
-    /// Whether `question` was asked last.
+    /// Returns whether `question` was asked last.
     pub fn is(&self, question: &Q) -> bool {
         self.question.as_ref() == Some(question)
     }
@@ -54,18 +54,18 @@ impl<Q: Clone + PartialEq + Send + 'static, A: Send + 'static> Asked<Q, A> {
         }
     }
 
-    /// The newest answer.
+    /// Returns the newest answer.
     pub fn newest(&self) -> Option<&A> {
         self.known.as_ref().map(|(_, answer)| answer)
     }
 
-    /// The answer to `question`, if that is the newest.
+    /// Returns the answer to `question`, if that is the newest.
     pub fn answer_to(&self, question: &Q) -> Option<&A> {
         let known = self.known.as_ref().filter(|(of, _)| of == question);
         known.map(|(_, answer)| answer)
     }
 
-    /// Whether an answer is to come.
+    /// Returns whether an answer is to come.
     pub fn is_coming(&self) -> bool {
         self.coming.is_some()
     }

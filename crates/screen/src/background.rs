@@ -63,7 +63,7 @@ impl Reply {
         }
     }
 
-    /// Whether `letter` continues a reply.
+    /// Returns whether `letter` continues a reply.
     fn goes_on(&self, letter: char) -> bool {
         let text = format!("{}{letter}", self.text);
         let colour = |text: &str| text.chars().all(|c| c == '/' || c.is_ascii_hexdigit());
@@ -73,7 +73,7 @@ impl Reply {
     }
 }
 
-/// The character of a key pressed alone or with Shift.
+/// Returns the character of a key pressed alone or with Shift.
 fn letter(key: &KeyEvent) -> Option<char> {
     match key.code {
         KeyCode::Char(letter) if (key.modifiers - KeyModifiers::SHIFT).is_empty() => Some(letter),
@@ -85,13 +85,13 @@ fn is_alt(key: &KeyEvent, letter: char) -> bool {
     key.code == KeyCode::Char(letter) && key.modifiers == KeyModifiers::ALT
 }
 
-/// Whether `key` is an end of a reply: ESC \ or BEL.
+/// Returns whether `key` is an end of a reply: ESC \ or BEL.
 fn is_end(key: &KeyEvent) -> bool {
     let bell = key.code == KeyCode::Char('g') && key.modifiers == KeyModifiers::CONTROL;
     bell || is_alt(key, '\\')
 }
 
-/// The look for the colour in a reply: red, green and blue with one to four hexadecimal
+/// Returns the look for the colour in a reply: red, green and blue with one to four hexadecimal
 /// digits each.
 fn look(reply: &str) -> Option<Look> {
     let colour = BEGINS.iter().find_map(|begin| reply.strip_prefix(begin))?;
@@ -121,7 +121,7 @@ mod tests {
         text.chars().map(|letter| press(letter, KeyModifiers::NONE))
     }
 
-    /// A reply as crossterm reads it.
+    /// Returns a reply as crossterm reads it.
     fn reply(colour: &str, end: Event) -> Vec<Event> {
         let begin = press(']', KeyModifiers::ALT);
         let text = format!("11;{colour}");
@@ -129,7 +129,7 @@ mod tests {
         [vec![begin], middle, vec![end]].concat()
     }
 
-    /// The keys and the looks in `events`.
+    /// Returns the keys and the looks in `events`.
     fn sifted(events: impl IntoIterator<Item = Event>) -> (Vec<Event>, Vec<Look>) {
         let (mut reply, mut keys, mut looks) = (Reply::default(), Vec::new(), Vec::new());
         for event in events {

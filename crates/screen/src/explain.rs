@@ -18,7 +18,7 @@ pub struct Explained<'a> {
     pub any_event: bool,
 }
 
-/// A title and a text about `pane`, with the figures of `frame`.
+/// Returns a title and a text about `pane`, with the figures of `frame`.
 pub fn explained(pane: Pane, about: Explained<'_>, frame: &FrameData) -> (&'static str, String) {
     let (title, sentences) = match pane {
         Pane::Graph => ("the graph", graph(frame)),
@@ -38,8 +38,11 @@ fn graph(frame: &FrameData) -> [String; 3] {
     });
     let is_read = |topic: &&TopicData| !topic.readers.is_empty();
     let topics = frame.topics.iter().filter(is_read).map(topic);
-    let dropped = frame.topics.iter().map(|topic| topic.dropped);
-    let dropped = dropped.fold(0, u64::saturating_add);
+    let dropped = frame
+        .topics
+        .iter()
+        .map(|topic| topic.dropped)
+        .fold(0, u64::saturating_add);
     [
         format!(
             "Boxes are nodes, each {}: {}.{}",
@@ -70,7 +73,7 @@ fn graph(frame: &FrameData) -> [String; 3] {
     ]
 }
 
-/// A sentence about clocks that are wrong in the stamps, after the others.
+/// Returns a sentence about clocks that are wrong in the stamps, after the others.
 fn wrong_stamps(frame: &FrameData) -> String {
     let nodes = frame.wrong_stamps.join(", ");
     if nodes.is_empty() {
@@ -101,7 +104,7 @@ fn plant(frame: &FrameData) -> [String; 3] {
     ]
 }
 
-/// The age of the last second beside the limit of the loop.
+/// Returns the age of the last second beside the limit of the loop.
 fn lately(age: AgeData) -> String {
     let limit = match age.limit() {
         _ if age.hidden => {
@@ -182,8 +185,11 @@ fn figures(frame: &FrameData) -> [String; 3] {
             )
         },
     );
-    let overruns = frame.nodes.iter().map(|node| node.overruns);
-    let overruns = overruns.fold(0, u64::saturating_add);
+    let overruns = frame
+        .nodes
+        .iter()
+        .map(|node| node.overruns)
+        .fold(0, u64::saturating_add);
     [
         "These are figures of the whole run, topic by topic and node by node.".to_owned(),
         latency,
@@ -211,8 +217,10 @@ fn events(frame: &FrameData, any: bool) -> [String; 3] {
 }
 
 fn timeline(frame: &FrameData) -> [String; 3] {
-    let push = frame.push.as_ref();
-    let push = push.map_or("there was no push so far", |push| push.sentence.whole());
+    let push = frame
+        .push
+        .as_ref()
+        .map_or("there was no push so far", |push| push.sentence.whole());
     [
         "A lane for each node and each topic, in the order in which a reading becomes a push: \
          a block is a tick, and its length is its duration; grey in front of it is the time \

@@ -24,7 +24,7 @@ pub struct Figures {
     pub nodes: Vec<[Quantiles; 2]>,
     /// Data age at each read, per topic.
     pub ages: Vec<Quantiles>,
-    /// The latency of the system, if it has one.
+    /// The latency of the system, if measured.
     pub latency: Option<LatencyData>,
     /// Total number of ticks at the last read, and whether the graph was at rest: while
     /// these stay the same, so do the figures.
@@ -35,15 +35,20 @@ pub struct Figures {
 impl Figures {
     /// Reads the figures again after the interval, or when the graph has come to rest.
     pub fn refresh(&mut self, system: &dyn System, graph: &Snapshot, at_rest: bool) {
-        let ticks = graph.nodes.iter().map(|node| node.ticks);
-        let ticks = ticks.fold(0, u64::saturating_add);
+        let ticks = graph
+            .nodes
+            .iter()
+            .map(|node| node.ticks)
+            .fold(0, u64::saturating_add);
         let state = Some((ticks, at_rest));
         let waited = self.read.is_none_or(|read| read.elapsed() >= PERIOD);
         if state == self.state || !(waited || at_rest) {
             return;
         }
-        let nodes = graph.nodes.iter();
-        let nodes = nodes.map(|node| [&node.lateness, &node.tick_time].map(Quantiles::of));
+        let nodes = graph
+            .nodes
+            .iter()
+            .map(|node| [&node.lateness, &node.tick_time].map(Quantiles::from_distribution));
         *self = Self {
             nodes: nodes.collect(),
             ages: graph.topics.iter().map(worst_age).collect(),
@@ -56,11 +61,14 @@ impl Figures {
 
 /// Data age of the topic's slowest reader.
 fn worst_age(topic: &TopicAccount) -> Quantiles {
-    let ages = topic.readers.iter().map(|s| Quantiles::of(&s.ages));
+    let ages = topic
+        .readers
+        .iter()
+        .map(|s| Quantiles::from_distribution(&s.ages));
     ages.max_by_key(|age| age.p99).unwrap_or_default()
 }
 
-/// The mean of `durations`; `None` without any.
+/// Returns the mean of `durations`; `None` without any.
 pub fn mean(durations: impl Iterator<Item = Duration>) -> Option<Duration> {
     let (sum, count) = durations.fold((Duration::ZERO, 0), |(sum, count), duration| {
         (sum + duration, count + 1)
@@ -71,9 +79,10 @@ pub fn mean(durations: impl Iterator<Item = Duration>) -> Option<Duration> {
 fn latency(system: &dyn System, snapshot: &Snapshot) -> Option<LatencyData> {
     let (node, name) = system.latency()?;
     let distribution = snapshot.meter(node, name)?;
-    let figures = Quantiles::of(distribution);
-    let period = first_node(system, snapshot).map(|node| node.hz.period());
-    let period = period.unwrap_or_default();
+    let figures = Quantiles::from_distribution(distribution);
+    let period = first_node(system, snapshot)
+        .map(|node| node.hz.period())
+        .unwrap_or_default();
     let bin = bin_width(figures.max.max(period));
     Some(LatencyData {
         name,
@@ -85,7 +94,7 @@ fn latency(system: &dyn System, snapshot: &Snapshot) -> Option<LatencyData> {
     })
 }
 
-/// The narrowest bin width for which all bins but the last reach `longest`.
+/// Returns the narrowest bin width for which all bins but the last reach `longest`.
 fn bin_width(longest: Duration) -> Duration {
     let reach = |ms: u64| Duration::from_millis(ms * (BINS as u64 - 1)) >= longest;
     Duration::from_millis(width_ms(reach))

@@ -10,7 +10,7 @@ use super::frame::Dot;
 /// Position of a lost message (share of the way).
 const LOST_AT: f64 = 0.5;
 
-/// The messages in flight at run time `now`; `None` for a link without delay. A lost
+/// Returns the messages in flight at run time `now`; `None` for a link without delay. A lost
 /// message goes half the way and stays there for the other half of its time.
 pub fn dots(flights: &VecDeque<Flight>, now: Time) -> Option<Vec<Dot>> {
     let took = |flight: &Flight| Some(flight.arrives?.since(flight.released));

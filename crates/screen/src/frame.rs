@@ -32,7 +32,7 @@ pub struct FrameData {
     pub nodes: Vec<NodeData>,
     /// The topics of the graph.
     pub topics: Vec<TopicData>,
-    /// The latency of the system, if it has one.
+    /// The latency of the system, if measured.
     pub latency: Option<LatencyData>,
     /// The newest plan, if the system plans ahead.
     pub plan: Option<PlanData>,
@@ -104,8 +104,8 @@ pub struct Place {
 }
 
 impl Health {
-    /// The state in a word of at most `room` columns, or in the shortest word; `None` for
-    /// a healthy node.
+    /// Returns the state in a word of at most `room` columns, or in the shortest word; `None` for a
+    /// healthy node.
     pub fn word(self, room: usize) -> Option<&'static str> {
         match self {
             Self::Works => None,
@@ -176,11 +176,12 @@ impl TopicData {
     }
 }
 
-/// The share of those that were `gone`; zero of none.
+/// Returns the share that was `gone`; zero of none.
 fn share(gone: u64, all: f64) -> f64 {
-    match all > 0.0 {
-        true => (gone as f64 / all).min(1.0),
-        false => 0.0,
+    if all > 0.0 {
+        (gone as f64 / all).min(1.0)
+    } else {
+        0.0
     }
 }
 
@@ -198,8 +199,8 @@ pub struct Quantiles {
 }
 
 impl Quantiles {
-    /// The figures of `distribution`.
-    pub fn of(distribution: &Distribution) -> Self {
+    /// Creates the figures of `distribution`.
+    pub fn from_distribution(distribution: &Distribution) -> Self {
         Self {
             count: distribution.count(),
             p50: distribution.quantile(0.5).unwrap_or_default(),
@@ -235,8 +236,8 @@ pub struct PlanData {
     pub kind: &'static str,
     /// Its actions.
     pub actions: Arc<[f64]>,
-    /// For the same moments what was played, and what the plan before means for those that
-    /// are still to come; `None` where there is nothing.
+    /// For the same moments what was played, and what the earlier plan has for moments still
+    /// to come; `None` where there is nothing.
     pub around: Vec<Option<f64>>,
     /// Place of the action for now, which may be beyond the last one.
     pub now: usize,
@@ -259,7 +260,7 @@ pub struct PlanData {
 }
 
 impl PlanData {
-    /// Whether at the moment of this `place` just its action was played.
+    /// Returns whether at the moment of this `place` just its action was played.
     pub fn is_as_played(&self, place: usize) -> bool {
         let played = self.around.get(place).copied().flatten();
         place <= self.now && played.is_some() && self.actions.get(place).copied() == played

@@ -17,7 +17,7 @@ pub struct FrameHistory {
 }
 
 impl FrameHistory {
-    /// An empty one; the newest frame alone is kept where nobody can look `back`.
+    /// Creates an empty history; it keeps the newest frame only, unless `back` is set.
     pub fn new(back: bool) -> Self {
         Self {
             frames: VecDeque::new(),
@@ -44,7 +44,7 @@ impl FrameHistory {
         true
     }
 
-    /// The frame looked at; `None` before the first.
+    /// Returns the frame looked at; `None` before the first.
     pub fn shown(&self) -> Option<&FrameData> {
         match self.back {
             Some(index) => self.frames.get(index),
@@ -52,7 +52,7 @@ impl FrameHistory {
         }
     }
 
-    /// Number of the frame in sight, from one, and the number of frames; `None` live.
+    /// Returns the number of the frame in sight, from one, and the number of frames; `None` live.
     pub fn position(&self) -> Option<(usize, usize)> {
         self.back.map(|index| (index + 1, self.frames.len()))
     }

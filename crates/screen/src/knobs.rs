@@ -46,8 +46,8 @@ pub enum Direction {
     Down,
 }
 
-/// The preset next to `value`, which may itself lie between presets; `None` at the
-/// end of them.
+/// Returns the preset next to `value`, which may itself lie between presets; `None` at the end of
+/// them.
 pub fn next(presets: &[f64], value: f64, direction: Direction) -> Option<f64> {
     match direction {
         Direction::Up => presets.iter().copied().find(|preset| *preset > value),
@@ -55,7 +55,7 @@ pub fn next(presets: &[f64], value: f64, direction: Direction) -> Option<f64> {
     }
 }
 
-/// The number next to `at` in a circle of `count`.
+/// Returns the number next to `at` in a circle of `count`.
 pub fn neighbour(at: Option<usize>, count: usize, direction: Direction) -> Option<usize> {
     let step = if direction == Direction::Up {
         1
@@ -65,7 +65,7 @@ pub fn neighbour(at: Option<usize>, count: usize, direction: Direction) -> Optio
     (at.unwrap_or(0) + step).checked_rem(count)
 }
 
-/// The notice that `what` has no preset beyond its `value`.
+/// Returns the notice that `what` has no preset beyond its `value`.
 pub fn at_end(what: &str, direction: Direction, value: impl Display) -> String {
     let end = match direction {
         Direction::Up => "highest",
@@ -84,8 +84,8 @@ pub struct KnobFocus {
 }
 
 impl KnobFocus {
-    /// The node and the topics of the first aliases of `system`; without aliases the
-    /// node with the most connections, and all topics with readers.
+    /// Creates the node and the topics of the first aliases of `system`; without aliases the node
+    /// with the most connections, and all topics with readers.
     pub fn new(system: &dyn System, graph: &Snapshot) -> Self {
         let node = first_node(system, graph);
         Self {
@@ -117,7 +117,7 @@ impl KnobFocus {
     }
 }
 
-/// The node of the first alias for a rate; without one the node at a rate with the most
+/// Returns the node of the first alias for a rate; without one the node at a rate with the most
 /// inputs and outputs, the plant last among equals.
 pub fn first_node<'g>(system: &dyn System, graph: &'g Snapshot) -> Option<&'g NodeAccount> {
     if let Some(node) = paced_node(system).and_then(|name| graph.node(name)) {
@@ -141,7 +141,7 @@ pub fn first_node<'g>(system: &dyn System, graph: &'g Snapshot) -> Option<&'g No
         .map(|(_, node)| node)
 }
 
-/// The topics of the first alias for a depth; without one all topics with readers.
+/// Returns the topics of the first alias for a depth; without one all topics with readers.
 fn first_topics(system: &dyn System, graph: &Snapshot) -> Vec<String> {
     match first_alias(system, KnobKind::Depth) {
         Some(alias) => alias
@@ -157,15 +157,16 @@ fn read(graph: &Snapshot) -> impl Iterator<Item = &TopicAccount> {
     graph.topics.iter().filter(|topic| topic.is_read())
 }
 
-/// The names that a knob of this `kind` may be of.
+/// Returns the names that a knob of this `kind` may be of.
 pub fn targets(graph: &Snapshot, kind: KnobKind) -> Vec<&str> {
-    match kind.is_of_topic() {
-        true => graph.topics.iter().map(|topic| &*topic.name).collect(),
-        false => graph.nodes.iter().map(|node| &*node.name).collect(),
+    if kind.is_of_topic() {
+        graph.topics.iter().map(|topic| &*topic.name).collect()
+    } else {
+        graph.nodes.iter().map(|node| &*node.name).collect()
     }
 }
 
-/// The texts of `knobs`, by their aliases if they have one, each with its run time.
+/// Returns the texts of `knobs`, by their aliases if they have one, each with its run time.
 pub fn in_words(system: &dyn System, knobs: &[TimedKnob]) -> Vec<(Time, String)> {
     let mut words = Vec::new();
     for together in knobs.chunk_by(|a, b| a.at == b.at) {
@@ -180,7 +181,7 @@ pub fn in_words(system: &dyn System, knobs: &[TimedKnob]) -> Vec<(Time, String)>
     words
 }
 
-/// The texts of `knobs` in a sentence.
+/// Returns the texts of `knobs` in a sentence.
 pub fn listed(system: &dyn System, knobs: &[Knob]) -> String {
     let at = Time::ZERO;
     let knobs = knobs.iter().cloned().map(|knob| TimedKnob { at, knob });
@@ -188,12 +189,12 @@ pub fn listed(system: &dyn System, knobs: &[Knob]) -> String {
     words.map(|(_, text)| text).collect::<Vec<_>>().join(", ")
 }
 
-/// `alias` and its value in `setup`, such as `policy scripted`.
+/// Returns `alias` and its value in `setup`, such as `policy scripted`.
 pub fn setting(system: &dyn System, alias: &Alias, setup: &Setup) -> String {
     format!("{} {}", alias.name, short_value(system, alias, setup))
 }
 
-/// `knob`, with the `text` of its node and its message in place of the message.
+/// Returns `knob`, with the `text` of its node and its message in place of the message.
 pub fn with_message(knob: &Knob, text: impl Fn(&str, &str) -> String) -> Knob {
     match knob {
         Knob::Send { node, text: sent } => Knob::Send {

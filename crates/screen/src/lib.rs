@@ -1,8 +1,8 @@
 //! The screen: a run in the terminal, drawn frame by frame, and what keys do to it.
 //!
 //! Shows a run here, a recording, or a run of other processes, all as a [`RunSource`]; draws
-//! pictures of the same screen as SVG files. A run may be a branch, a rescue by hand, or a place on
-//! the cliff map; exercises and the tour lie over it.
+//! pictures of the same screen as SVG files. Besides plain runs it shows branches, manual rescues
+//! and the cliff map, with exercises and the tour as overlays.
 //!
 //! Stands on `ratelab`, `ratelab-account`, `ratelab-real-clock`, `ratelab-replay`,
 //! `ratelab-study`, `ratelab-recording` and `exercises`; knows no robot and no command line. Begin with
@@ -28,6 +28,7 @@ mod figures;
 mod flights;
 mod frame;
 mod history;
+mod key_error;
 mod knobs;
 mod lineage_taps;
 mod millis;
@@ -87,7 +88,7 @@ pub use xml::escaped;
 /// How the dashboard is shown.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Frames per second at the most.
+    /// Maximum frames per second.
     pub fps: u32,
     /// Colours and glyphs.
     pub theme: Theme,
@@ -117,8 +118,8 @@ pub fn show(
     until_left(app, options, &quit)?.ok_or(ScreenError::Panicked)
 }
 
-/// Shows a recording, at rest at its beginning, until the person leaves, and then its branch, if
-/// the person branched it; returns the results of that.
+/// Shows a recording, paused at its start, until the person leaves, and then its branch, if the
+/// person branched it; returns the results of the branch.
 ///
 /// # Errors
 /// [`ScreenError`] if the terminal failed.
@@ -128,8 +129,8 @@ pub fn play(
     options: &Options,
 ) -> Result<Option<LabOutcome>, ScreenError> {
     let quit = (options.quit_on_signal)();
-    let mut app = App::of_recording(recording, setup);
-    app.offer_to_play();
+    let mut app = App::for_recording(recording, setup);
+    app.suggest_playing();
     app.execute_again();
     until_left(app, options, &quit)
 }
@@ -140,14 +141,14 @@ pub fn play(
 /// [`ScreenError`] if the terminal failed.
 pub fn watch(run: impl Remote + 'static, options: &Options) -> Result<(), ScreenError> {
     let quit = (options.quit_on_signal)();
-    until_left(App::of_others(run), options, &quit).map(drop)
+    until_left(App::for_others(run), options, &quit).map(drop)
 }
 
-/// Shows `app` on the terminal, which is back in order in any case, until the person leaves;
-/// returns the results of its last session, if it has one.
+/// Shows `app` on the terminal until the person leaves, and restores the terminal in any case;
+/// returns the results of its last session, if any.
 ///
 /// # Errors
-/// [`ScreenError`] if the terminal failed, and there is no session.
+/// [`ScreenError`] if the terminal failed without a session.
 fn until_left(
     mut app: App,
     options: &Options,
@@ -274,7 +275,7 @@ fn obey_until(
     }
 }
 
-/// Whether a key is Ctrl-Z, which always belongs to the shell.
+/// Returns whether a key is Ctrl-Z, which always belongs to the shell.
 fn is_stop(key: &KeyEvent) -> bool {
     key.code == KeyCode::Char('z') && key.modifiers == KeyModifiers::CONTROL
 }

@@ -37,12 +37,13 @@ impl LineageTaps {
     pub fn new(experiment: &Experiment) -> Self {
         let (observer, taps) = (experiment.observer(), experiment.taps());
         let (system, topology) = (experiment.system(), observer.topology());
-        let watched = watched(&**system).filter_map(|name| {
-            let index = topology.topic(name);
-            let recorded = taps.topics().iter().find(|topic| topic.name() == name);
-            Some((index?, (name, Rows::new(recorded?.fields().len()))))
-        });
-        let watched = watched.collect();
+        let watched = watched(&**system)
+            .filter_map(|name| {
+                let index = topology.topic(name);
+                let recorded = taps.topics().iter().find(|topic| topic.name() == name);
+                Some((index?, (name, Rows::new(recorded?.fields().len()))))
+            })
+            .collect();
         let lineage = Lineage::new(topology, experiment.config().setup.iter()).keeping(KEPT);
         Self {
             lineage: lineage.along(system.about().latency_path),
@@ -81,7 +82,7 @@ impl LineageTaps {
         &self.lineage
     }
 
-    /// The messages on the [`watched`] topics since the last call.
+    /// Returns the messages on the [`watched`] topics since the last call.
     pub fn new_rows(&mut self) -> Vec<WatchedRows> {
         self.update();
         let new = self.watched.iter_mut().map(|(_, (name, rows))| {
@@ -91,7 +92,7 @@ impl LineageTaps {
         new.collect()
     }
 
-    /// Number of messages and ticks lost as nobody updated it for long.
+    /// Returns the number of messages and ticks lost because updates were too rare.
     pub fn lost(&self) -> u64 {
         self.tap.as_ref().map_or(0, Tap::lost)
     }

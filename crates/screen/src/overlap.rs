@@ -5,6 +5,8 @@ use ratelab_replay::Overlap;
 
 use ratelab_recording::{Execution, Held};
 
+use crate::key_error::KeyError;
+
 /// The thread that supervises the nodes.
 const SUPERVISOR: &str = "supervisor";
 
@@ -22,14 +24,14 @@ pub struct OverlapView {
 }
 
 impl OverlapView {
-    /// The first `done` operations of `ticks` that overlap, in a graph of this `topology`.
-    pub fn of(ticks: &Overlap, topology: &Topology, done: usize) -> Self {
+    /// Creates the first `done` operations of `ticks` that overlap, in a graph of this `topology`.
+    pub fn new(ticks: &Overlap, topology: &Topology, done: usize) -> Self {
         let mut nodes: Vec<_> = ticks.operations.iter().map(|of| of.node).collect();
         nodes.sort_unstable();
         nodes.dedup();
         let name = |node: &Option<usize>| {
-            let node = node.and_then(|node| topology.nodes.get(node));
-            node.map_or(SUPERVISOR.to_owned(), |node| node.name.clone())
+            let known = node.and_then(|node| topology.nodes.get(node));
+            known.map_or(SUPERVISOR.to_owned(), |node| node.name.clone())
         };
         let operations = ticks.operations.iter().map(|of| {
             let lane = nodes.partition_point(|node| *node < of.node);
@@ -43,7 +45,7 @@ impl OverlapView {
         }
     }
 
-    /// The last operation that is done, in a sentence.
+    /// Returns the last operation that is done, in a sentence.
     pub fn sentence(&self) -> String {
         let (done, all) = (self.done, self.operations.len());
         let last = done
@@ -55,9 +57,9 @@ impl OverlapView {
     }
 }
 
-/// The operation after the one at `here`, a number in `overlaps` and a number of operations, or
-/// before it; without one, the first of the ticks that go on at run time `at` or come after it,
-/// or the last of those begun there or before.
+/// Returns the operation after the one at `here`, a number in `overlaps` and a number of
+/// operations, or before it; without one, the first of the ticks that go on at run time `at` or
+/// come after it, or the last of the ticks begun there or before.
 pub fn neighbour(
     overlaps: &[Overlap],
     here: Option<(usize, usize)>,
@@ -108,10 +110,9 @@ impl HeldOverlap {
 
     /// Follows the run on its way to its place; returns whether it has come there since the
     /// last call, or else how far it is.
-    pub fn follow(&mut self) -> Result<bool, String> {
+    pub fn follow(&mut self) -> Result<bool, KeyError> {
         let Some(done) = self.run.done() else {
-            let now = self.run.observer().now();
-            return Err(format!("executing the run again: {now}"));
+            return Err(KeyError::Executing(self.run.observer().now()));
         };
         // Locks within each other are done at once.
         let new = self.done.replace(done) != Some(done);

@@ -33,10 +33,14 @@ impl Pane {
         Self::Timeline,
     ];
 
-    /// The one after it among those that `exist`.
+    /// Returns the next pane of the panes that `exist`.
     pub fn next(self, exist: impl Fn(Self) -> bool) -> Self {
-        let after = Self::ALL.iter().cycle().skip(self as usize + 1);
-        let mut after = after.take(Self::ALL.len()).copied();
+        let mut after = Self::ALL
+            .iter()
+            .cycle()
+            .skip(self as usize + 1)
+            .take(Self::ALL.len())
+            .copied();
         after.find(|pane| exist(*pane)).unwrap_or(self)
     }
 }
@@ -84,7 +88,7 @@ impl Panes {
 /// Rows that PgUp and PgDn move by.
 pub const JUMP: usize = 10;
 
-/// The row after `row` for a key that moves; `None` for all others.
+/// Returns the row after `row` for a key that moves; `None` for all others.
 pub fn scrolled(row: usize, key: KeyCode) -> Option<usize> {
     Some(match key {
         KeyCode::Down => row.saturating_add(1),

@@ -21,11 +21,11 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// Interval between two checks (wall time).
 const LOOK: Duration = Duration::from_millis(2);
 
-/// The end of a run of `config`, as an SVG file.
+/// Returns the end of a run of `config`, as an SVG file.
 ///
 /// # Errors
 /// [`ScreenError`] if the run fails.
-pub fn of_run(
+pub fn draw_run(
     config: &Config,
     setup: SessionSetup,
     size: Size,
@@ -40,44 +40,45 @@ pub fn of_run(
     drawn(&mut app, size, theme)
 }
 
-/// A recording at run time `at`, as an SVG file.
+/// Returns a recording at run time `at`, as an SVG file.
 ///
 /// # Errors
 /// [`ScreenError`] if it cannot be drawn.
-pub fn of_recording(
+pub fn draw_recording(
     recording: Arc<Recording>,
     setup: SessionSetup,
     at: Time,
     size: Size,
     theme: &Theme,
 ) -> Result<String, ScreenError> {
-    let mut app = App::of_recording(recording, setup);
+    let mut app = App::for_recording(recording, setup);
     app.jump(at);
     drawn(&mut app, size, theme)
 }
 
 /// Frames per second of a moving picture, and the most that it has.
 const FPS: f64 = 8.0;
-const MOST_FRAMES: f64 = 400.0;
+const MAX_FRAMES: f64 = 400.0;
 
 /// Frames for which a moving picture rests at its end.
 const REST: usize = 16;
 
-/// A recording up to run time `until` as a moving picture, at `speed` times the pace of
-/// run time.
+/// Returns a recording up to run time `until` as a moving picture, at `speed` times the pace of run
+/// time.
 ///
 /// # Errors
 /// [`ScreenError`] if it cannot be drawn.
 pub fn moving(
     recording: Arc<Recording>,
     setup: SessionSetup,
-    (until, speed): (Time, f64),
+    until: Time,
+    speed: f64,
     size: Size,
     theme: &Theme,
 ) -> Result<String, ScreenError> {
     let until = until.as_secs_f64();
-    let count = (until / speed * FPS).ceil().clamp(1.0, MOST_FRAMES);
-    let mut app = App::of_recording(recording, setup);
+    let count = (until / speed * FPS).ceil().clamp(1.0, MAX_FRAMES);
+    let mut app = App::for_recording(recording, setup);
     app.film(speed);
     let mut frames = Vec::new();
     for number in 0..=count as u32 {
@@ -95,7 +96,7 @@ fn drawn(app: &mut App, size: Size, theme: &Theme) -> Result<String, ScreenError
     Ok(svg(&buffer(app, size, theme)?, theme.look))
 }
 
-/// The screen, once the background computations for it are done.
+/// Returns the screen, once the background computations for it are done.
 fn buffer(app: &mut App, size: Size, theme: &Theme) -> Result<Buffer, ScreenError> {
     app.sample()?;
     let waits = |app: &App| {

@@ -79,7 +79,7 @@ impl Plans {
             .map(|(_, plan)| plan)
     }
 
-    /// The newest plan at run time `now`; `None` before the first.
+    /// Returns the newest plan at run time `now`; `None` before the first.
     pub fn at(&self, planning: &Planning, now: Time) -> Option<PlanData> {
         let (number, taken) = self.newest?;
         let newest = self.plan(number)?;
@@ -87,9 +87,10 @@ impl Plans {
         let place = newest.place(now)?;
         let around = (0..newest.actions.len()).map(|at| {
             let begins = newest.begins + newest.period * at as u32;
-            match at <= place {
-                true => self.played_until(begins + newest.period),
-                false => before?.action(begins),
+            if at <= place {
+                self.played_until(begins + newest.period)
+            } else {
+                before?.action(begins)
             }
         });
         Some(PlanData {
@@ -112,14 +113,14 @@ impl Plans {
         })
     }
 
-    /// The last action that was played before run time `end`.
+    /// Returns the last action that was played before run time `end`.
     fn played_until(&self, end: Time) -> Option<f64> {
         let after = self.played.partition_point(|(at, _)| *at < end);
         let (_, action) = self.played.get(after.checked_sub(1)?)?;
         Some(*action)
     }
 
-    /// The mean predicted part of the ages of the actions played in a stretch of run time.
+    /// Returns the mean predicted part of the ages of the actions played in a stretch of run time.
     pub fn predicted(&self, (from, to): (Time, Time)) -> Option<Duration> {
         let within = |at: Time| from < at && at <= to;
         let recent = self.predicted.iter().filter(|(at, _)| within(*at));

@@ -16,6 +16,7 @@ use ratelab_study::{
 
 use super::{
     frame::TRACE_S,
+    key_error::KeyError,
     knobs::{Direction, SPEEDS},
     overlap::{HeldOverlap, OverlapView, neighbour},
     run::{RunSource, StatusExtra, WatchedRows, watched},
@@ -50,10 +51,10 @@ pub struct Playback {
 }
 
 /// Wall time that a short recording takes at least (s).
-const LEAST_WALL_S: f64 = 5.0;
+const MIN_WALL_S: f64 = 5.0;
 
 impl Playback {
-    /// The beginning of `recording`, at rest, with the ticks in it that overlap, if known.
+    /// Shows the beginning of `recording`, at rest, with its overlapping ticks if known.
     pub fn new(
         recording: Arc<Recording>,
         system: &Arc<dyn System>,
@@ -89,12 +90,12 @@ impl Playback {
         }
     }
 
-    /// The recording.
+    /// Returns the recording.
     pub fn recording(&self) -> Arc<Recording> {
         self.replay.recording().clone()
     }
 
-    /// The moment in sight.
+    /// Returns the moment in sight.
     pub fn at(&self) -> Time {
         self.at
     }
@@ -137,12 +138,12 @@ impl Playback {
         }
     }
 
-    /// Whether it plays.
+    /// Returns whether it plays.
     pub fn is_playing(&self) -> bool {
         self.playing.is_some()
     }
 
-    /// Whether it plays, or is drawn as if it did.
+    /// Returns whether it plays, or is drawn as if it did.
     pub fn seems_to_play(&self) -> bool {
         self.is_playing() || (self.filmed && self.at < self.ends())
     }
@@ -155,8 +156,10 @@ impl Playback {
     /// Slows down, so that a short recording can be watched.
     pub fn slow_down_if_short(&mut self) {
         let whole = self.ends().since(self.begins).as_secs_f64();
-        let slower = SPEEDS.into_iter().rev();
-        let mut slower = slower.filter(|speed| whole / speed >= LEAST_WALL_S);
+        let mut slower = SPEEDS
+            .into_iter()
+            .rev()
+            .filter(|speed| whole / speed >= MIN_WALL_S);
         self.speed = slower.next().unwrap_or(SPEEDS[0]).min(self.speed);
     }
 
@@ -198,13 +201,13 @@ impl Playback {
         self.replay.happened()
     }
 
-    /// The moment of the neighbouring event.
+    /// Returns the moment of the neighbouring event.
     pub fn event(&self, direction: Direction) -> Option<Time> {
         let events = &self.replay.recording().events;
-        let mut events = events.iter().map(|event| event.at);
+        let mut moments = events.iter().map(|event| event.at);
         match direction {
-            Direction::Up => events.find(|at| *at > self.at),
-            Direction::Down => events.rfind(|at| *at < self.at),
+            Direction::Up => moments.find(|at| *at > self.at),
+            Direction::Down => moments.rfind(|at| *at < self.at),
         }
     }
 }
@@ -215,18 +218,22 @@ impl Playback {
     /// on its way to other ticks than before.
     ///
     /// # Errors
-    /// A notice, if there is no such operation.
-    pub fn operate(&mut self, direction: Direction, sampler: &mut Sampler) -> Result<bool, String> {
+    /// [`KeyError`] without such an operation.
+    pub fn operate(
+        &mut self,
+        direction: Direction,
+        sampler: &mut Sampler,
+    ) -> Result<bool, KeyError> {
         self.rest();
         let later = direction == Direction::Up;
         let here = self.held.as_ref().map(|held| held.place);
         let Some((number, operations)) = neighbour(&self.overlaps, here, self.at, later) else {
             let none = match (self.overlaps.is_empty(), later) {
-                (true, _) => "no ticks overlap in this run",
-                (false, true) => "no ticks overlap after this",
-                (false, false) => "no ticks overlapped before this",
+                (true, _) => "overlap in this run",
+                (false, true) => "overlap after this",
+                (false, false) => "overlapped before this",
             };
-            return Err(none.to_owned());
+            return Err(KeyError::NoOverlap(none));
         };
         if let Some(held) = &mut self.held
             && held.goes_on_to((number, operations))
@@ -234,8 +241,8 @@ impl Playback {
             return Ok(false);
         }
         self.leave_overlap(sampler);
-        let execution = Execution::new(self.recording(), self.replay.system());
-        let execution = execution.map_err(|error| error.to_string())?;
+        let execution =
+            Execution::new(self.recording(), self.replay.system()).map_err(KeyError::refused)?;
         self.go(self.overlaps[number].from - Time::RESOLUTION, sampler);
         self.held = HeldOverlap::begin(execution, (number, operations));
         Ok(true)
@@ -254,16 +261,16 @@ impl Playback {
     pub fn follow_held(&mut self) -> Option<String> {
         match self.held.as_mut()?.follow() {
             Ok(new) => self.overlap().filter(|_| new).map(|it| it.sentence()),
-            Err(progress) => Some(progress),
+            Err(progress) => Some(progress.to_string()),
         }
     }
 
-    /// The ticks that overlap in which the run is held.
+    /// Returns the ticks that overlap in which the run is held.
     pub fn overlap(&self) -> Option<OverlapView> {
         let held = self.held.as_ref()?;
         let topology = &self.replay.recording().origin.topology;
         let ticks = &self.overlaps[held.place.0];
-        Some(OverlapView::of(ticks, topology, held.done?))
+        Some(OverlapView::new(ticks, topology, held.done?))
     }
 }
 

@@ -8,7 +8,7 @@ use ratelab_study::system::{Alias, System, names::first_alias};
 use super::knobs::{Direction, neighbour, targets};
 
 /// Maximum number of aliases, and of kinds of knobs, in a hint.
-const MOST_HINTS: usize = 4;
+const MAX_HINTS: usize = 4;
 
 /// Beginnings of links.
 const LINKS: [&str; 6] = ["delay:", "loss:", "burst:", "in-order", "reliable:", "none"];
@@ -31,29 +31,36 @@ pub struct Prompt {
 }
 
 impl Prompt {
-    /// Whether it is open.
+    /// Returns whether it is open.
     pub fn is_open(&self) -> bool {
         self.open
     }
 
-    /// The text so far, if it is open.
+    /// Returns the text so far, if it is open.
     pub fn typed(&self) -> Option<&str> {
         self.open.then_some(&*self.typed)
     }
 
-    /// Why the last entry was refused.
+    /// Returns why the last entry was refused.
     pub fn refusal(&self) -> Option<&str> {
         self.refusal.as_deref()
     }
 
-    /// The first words that begin as the typed one, for knobs of `system`.
+    /// Returns the first words that begin as the typed one, for knobs of `system`.
     pub fn hint(&self, system: &dyn System) -> String {
         let first = self.typed.split_whitespace().next().unwrap_or_default();
         let begins = |name: &&str| name.starts_with(first);
-        let aliases = system.aliases().iter().map(|alias| alias.name);
-        let aliases = aliases.filter(begins).take(MOST_HINTS);
-        let kinds = KnobKind::ALL.map(KnobKind::usage).into_iter();
-        let kinds = kinds.filter(begins).take(MOST_HINTS);
+        let aliases = system
+            .aliases()
+            .iter()
+            .map(|alias| alias.name)
+            .filter(begins)
+            .take(MAX_HINTS);
+        let kinds = KnobKind::ALL
+            .map(KnobKind::usage)
+            .into_iter()
+            .filter(begins)
+            .take(MAX_HINTS);
         let names: Vec<&str> = aliases.chain(kinds).collect();
         let hint = match &names[..] {
             [] => "Tab goes through the knobs".to_owned(),
@@ -140,10 +147,10 @@ impl Prompt {
             .recalled
             .take()
             .unwrap_or_else(|| (self.history.len(), self.typed.clone()));
-        let at = at.saturating_add_signed(step).min(self.history.len());
-        let text = self.history.get(at).unwrap_or(&typed).clone();
+        let place = at.saturating_add_signed(step).min(self.history.len());
+        let text = self.history.get(place).unwrap_or(&typed).clone();
         self.edit(|now| *now = text);
-        self.recalled = Some((at, typed));
+        self.recalled = Some((place, typed));
     }
 }
 
@@ -158,8 +165,7 @@ pub struct Vocabulary<'a> {
 }
 
 impl Vocabulary<'_> {
-    /// The texts that `typed` may be the beginning of, each as far as its next
-    /// word goes.
+    /// Returns the texts that `typed` may be the beginning of, each as far as its next word goes.
     fn completions(&self, typed: &str) -> Vec<String> {
         let typed = typed.trim_start();
         let begins = typed.rfind(char::is_whitespace).map_or(0, |at| {
@@ -175,7 +181,7 @@ impl Vocabulary<'_> {
             .collect()
     }
 
-    /// The words that can come after `earlier`, and whether more must follow.
+    /// Returns the words that can come after `earlier`, and whether more must follow.
     fn next_words(&self, earlier: &[&str]) -> (Vec<&str>, bool) {
         let kind = |name: &str| KnobKind::ALL.into_iter().find(|kind| kind.name() == name);
         match earlier {

@@ -79,9 +79,9 @@ impl PushAges {
         self.saw.drain(..old(self.saw.len()));
     }
 
-    /// The age over the last second before `now`, or the last two `period`s if that is longer,
-    /// without its limits.
-    /// `None` before the first push, and where it was not looked at that often.
+    /// Returns the age over the last second before `now`, or the last two `period`s if that is
+    /// longer, without its limits. `None` before the first push, and where it was not looked at
+    /// that often.
     pub fn recent(&self, period: Duration, now: Time) -> Option<AgeData> {
         let window = LATELY.max(period * 2);
         let recent = match self.late.filter(|_| window == LATELY) {
@@ -94,8 +94,8 @@ impl PushAges {
         })
     }
 
-    /// The age of the push in force at `now`, which has grown since its newest state; zero where
-    /// a newer state may be on its way, because the run is ahead of those that came.
+    /// Returns the age of the push in force at `now`, which has grown since its newest state; zero
+    /// where a newer state may be on its way, because the run is ahead of the states that came.
     fn present(&self, now: Time) -> Duration {
         let mut newest = self.areas.iter().rev().map(|(at, _)| *at);
         let is_newest = match (newest.next(), newest.next()) {
@@ -107,7 +107,8 @@ impl PushAges {
             .map_or(Duration::ZERO, |newest| newest.age(now))
     }
 
-    /// The age over the last `window` before the newest state; at the first one, the age there.
+    /// Returns the age over the last `window` before the newest state; at the first one, the age
+    /// there.
     fn over(&self, window: Duration) -> Option<AgeData> {
         let &(now, area) = self.areas.back()?;
         let within = |at: Time| now.since(at) < window;
@@ -133,7 +134,7 @@ impl PushAges {
         })
     }
 
-    /// The saw from run time `begin` to `end` (s): run times and ages (ms).
+    /// Returns the saw from run time `begin` to `end` (s): run times and ages (ms).
     pub fn saw(&self, begin: f64, end: f64) -> Vec<(f64, f64)> {
         let first = self.saw.partition_point(|(at, _)| *at < begin);
         let last = self.saw.partition_point(|(at, _)| *at <= end);
@@ -141,7 +142,7 @@ impl PushAges {
     }
 }
 
-/// Whether the node whose latency matters publishes the states.
+/// Returns whether the node whose latency matters publishes the states.
 fn by_states(system: &dyn System, graph: &Snapshot) -> bool {
     let states = system.state().and_then(|name| graph.topic(name));
     let node = states.and_then(|topic| graph.nodes.get(*topic.publishers.first()?));

@@ -5,16 +5,19 @@ use std::time::Duration;
 use ratelab::Time;
 use ratelab_account::{Lineage, sensing_of};
 
-/// The greatest reaction time of the pushes of node `acts` between two run times: from a
-/// sensing, for what changes right after it, to the first push derived from a later one.
-/// `None` without such a sensing.
+/// Returns the greatest reaction time of the pushes of node `acts` between two run times: from a
+/// sensing, for what changes right after it, to the first push derived from a later one. `None`
+/// without such a sensing.
 ///
 /// It equals the greatest push age: Günzel and others, ECRTS 2023.
 pub fn greatest(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Option<Duration> {
     let pushes = pushes(lineage, acts, from, to);
     let (_, oldest, source) = *pushes.first()?;
-    let sensings = lineage.sent(source).rev().map(sensing_of);
-    let sensings = sensings.take_while(|sensed| *sensed >= oldest);
+    let sensings = lineage
+        .sent(source)
+        .rev()
+        .map(sensing_of)
+        .take_while(|sensed| *sensed >= oldest);
     let reaction = sensings.filter_map(|sensed| {
         let mut later = pushes.iter().filter(|(_, derived, _)| *derived > sensed);
         later.next().map(|(since, ..)| since.since(sensed))
@@ -22,7 +25,7 @@ pub fn greatest(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Option<
     reaction.max()
 }
 
-/// The pushes in force between two run times, oldest first: run time of the first
+/// Returns the pushes in force between two run times, oldest first: run time of the first
 /// application, run time of the sensing, and the topic of its message.
 fn pushes(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Vec<(Time, Time, usize)> {
     let mut pushes = Vec::new();

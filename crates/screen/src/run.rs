@@ -14,8 +14,8 @@ use super::{frame::Place, sameness::RunDigest};
 /// New messages of a watched topic, with its name.
 pub type WatchedRows = (&'static str, Rows);
 
-/// The topics whose every message is drawn: the topic of states, that of the first signal, and
-/// those of plans.
+/// Returns the topics whose every message is drawn: the topics of states, of the first signal and
+/// of plans.
 pub fn watched(system: &dyn System) -> impl Iterator<Item = &'static str> {
     let (state, signal) = (system.state(), signal(system).map(|signal| signal.topic));
     let plans = system.about().planning.map(|planning| planning.topics());
@@ -25,12 +25,12 @@ pub fn watched(system: &dyn System) -> impl Iterator<Item = &'static str> {
         .chain(plans.into_iter().flatten())
 }
 
-/// The plotted signal.
+/// Returns the plotted signal.
 pub fn signal(system: &dyn System) -> Option<&Signal> {
     system.signals().first()
 }
 
-/// Whether the plotted signal is the push age itself: in a graph around data only.
+/// Returns whether the plotted signal is the push age itself: in a graph around data only.
 pub fn signal_is_push_age(system: &dyn System) -> bool {
     let of_chains = signal(system).is_some_and(|signal| system.chains() == Some(signal.topic));
     of_chains && plant(system).is_none()
@@ -38,15 +38,15 @@ pub fn signal_is_push_age(system: &dyn System) -> bool {
 
 /// What can be read of a run.
 pub trait RunSource {
-    /// The system.
+    /// Returns the system.
     fn shared_system(&self) -> &Arc<dyn System>;
 
-    /// The system, as a reference.
+    /// Returns the system, as a reference.
     fn system(&self) -> &dyn System {
         &**self.shared_system()
     }
 
-    /// The configuration at the start.
+    /// Returns the configuration at the start.
     fn config(&self) -> &Config;
 
     /// Reads the graph.
@@ -55,43 +55,43 @@ pub trait RunSource {
     /// Wall time since the beginning, or of the whole run.
     fn wall_time(&self) -> Duration;
 
-    /// The chains behind its actions, as of the last update.
+    /// Returns the chains behind its actions, as of the last update.
     fn lineage(&self) -> &Lineage;
 
     /// Brings these chains up to now.
     fn update_lineage(&mut self) {}
 
-    /// The digest of the run so far, if it is to be compared with another run.
+    /// Returns the digest of the run so far, if it is to be compared with another run.
     fn digest(&self) -> Option<&RunDigest> {
         None
     }
 
-    /// The messages on the [`watched`] topics since the last call.
+    /// Returns the messages on the [`watched`] topics since the last call.
     fn new_rows(&mut self) -> Vec<WatchedRows>;
 
-    /// Number of messages lost because the dashboard was too slow.
+    /// Returns the number of messages lost because the dashboard was too slow.
     fn lost(&self) -> u64;
 
-    /// The summary, once the run is over.
+    /// Returns the summary, once the run is over.
     fn summary(&self) -> Option<&Summary>;
 
-    /// The process in which the node called `node` runs, if that is another one.
+    /// Returns the process in which the node called `node` runs, if that is another one.
     fn place(&self, node: &str) -> Option<Place> {
         let _ = node;
         None
     }
 
-    /// Whether its knobs can be turned.
+    /// Returns whether its knobs can be turned.
     fn live(&self) -> bool {
         true
     }
 
-    /// Whether it is at rest.
+    /// Returns whether it is at rest.
     fn at_rest(&self) -> bool {
         self.observer().status().paused || self.summary().is_some()
     }
 
-    /// What the top line says of it.
+    /// Returns what the top line says of it.
     fn status(&self) -> StatusExtra;
 }
 
@@ -124,6 +124,6 @@ pub trait Remote: RunSource {
     /// Records the run from now on, or ends the recording; returns a notice.
     fn record(&mut self) -> String;
 
-    /// The last refusal of a knob since the last call.
+    /// Returns the last refusal of a knob since the last call.
     fn refusal(&mut self) -> Option<String>;
 }

@@ -6,7 +6,7 @@ use ratelab::Head;
 use ratelab_account::TickRecord;
 
 /// Maximum number of digests per topic or node.
-const MOST: usize = 1 << 20;
+const MAX_DIGESTS: usize = 1 << 20;
 
 /// Running digests of a run: one after each message and each tick, so that any beginning
 /// of a run can be compared with the same beginning of another one.
@@ -42,7 +42,7 @@ impl RunDigest {
         add(place(&mut self.nodes, node), tick);
     }
 
-    /// Whether this run equals `other` up to the end of the shorter one; `whole` if both
+    /// Returns whether this run equals `other` up to the end of the shorter one; `whole` if both
     /// must have the same length.
     pub fn is_same(&self, other: &Self, whole: bool) -> bool {
         let topics = self.topics.iter().zip(&other.topics);
@@ -64,7 +64,7 @@ fn place(series: &mut Vec<Vec<u64>>, index: usize) -> &mut Vec<u64> {
 }
 
 fn add(digests: &mut Vec<u64>, item: impl Hash) {
-    if digests.len() == MOST {
+    if digests.len() == MAX_DIGESTS {
         return;
     }
     let mut hasher = DefaultHasher::new();

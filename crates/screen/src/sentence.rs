@@ -3,9 +3,10 @@
 use ratelab::Topology;
 use ratelab_account::{AgeParts, AgeStage, nanos};
 
-/// An age in a sentence of at most `room` characters, where possible, such as `this push is 180 ms
-/// old: 20 waiting for the policy + 31 thinking + 12 on /action + 117 held`: whole milliseconds, which
-/// sum to the age. Where it has no room the smallest parts are added up, and are called `more`.
+/// Returns an age in a sentence of at most `room` characters, where possible, such as
+/// `this push is 180 ms old: 20 waiting for the policy + 31 thinking + 12 on /action + 117 held`:
+/// whole milliseconds, which sum to the age. Where it has no room the smallest parts are added up,
+/// and are called `more`.
 pub fn sentence(parts: &AgeParts, topology: &Topology, room: usize, more: &str) -> String {
     let age = (parts.sum_ns() as f64 / 1e6).round() as i64;
     let (mut parts, mut rest, mut words) = (in_words(parts, topology), 0, AgeStage::Before.word());
@@ -34,18 +35,20 @@ pub fn sentence(parts: &AgeParts, topology: &Topology, room: usize, more: &str) 
     }
 }
 
-/// The parts of a millisecond or more, with their descriptions.
+/// Returns the parts of a millisecond or more, with their descriptions.
 fn in_words(parts: &AgeParts, topology: &Topology) -> Vec<(i64, String)> {
     let mut words: Vec<(i64, String)> = Vec::new();
-    let costs = parts.parts.iter();
-    let costs = costs.filter(|part| matches!(part.stage, AgeStage::Cost(_)));
+    let costs = parts
+        .parts
+        .iter()
+        .filter(|part| matches!(part.stage, AgeStage::Cost(_)));
     let alone = costs.count() == 1;
     let before = Some((parts.before_ns, AgeStage::Before.phrase().to_owned()));
-    let parts = parts.parts.iter().map(|part| {
+    let told = parts.parts.iter().map(|part| {
         let name = words_of(part.stage, topology, alone);
         (nanos(part.took), name)
     });
-    for (nanos, name) in before.into_iter().chain(parts) {
+    for (nanos, name) in before.into_iter().chain(told) {
         match words.last_mut().filter(|(_, last)| *last == name) {
             Some((sum, _)) => *sum += nanos,
             None => words.push((nanos, name)),
@@ -63,8 +66,8 @@ fn in_words(parts: &AgeParts, topology: &Topology) -> Vec<(i64, String)> {
     words
 }
 
-/// The description of a stage, to follow a number of milliseconds; `alone` if no other tick in the
-/// chain has a duration.
+/// Returns the description of a stage, to follow a number of milliseconds; `alone` if no other tick
+/// in the chain has a duration.
 fn words_of(stage: AgeStage, topology: &Topology, alone: bool) -> String {
     match stage {
         AgeStage::Cost(node) if alone && thinks(topology, node) => "thinking".to_owned(),
@@ -72,7 +75,7 @@ fn words_of(stage: AgeStage, topology: &Topology, alone: bool) -> String {
     }
 }
 
-/// Whether a node has both inputs and outputs.
+/// Returns whether a node has both inputs and outputs.
 fn thinks(topology: &Topology, node: usize) -> bool {
     let mut topics = topology.topics.iter();
     let reads = topics.clone().any(|topic| topic.readers.contains(&node));
@@ -115,8 +118,8 @@ mod tests {
             (matched, 25),
             (AgeStage::Executor(stereo), 10),
             (AgeStage::Cost(stereo), 8),
-        ];
-        let parts = parts.map(|(stage, ms)| AgePart {
+        ]
+        .map(|(stage, ms)| AgePart {
             stage,
             took: Duration::from_millis(ms),
         });

@@ -44,7 +44,7 @@ pub struct SessionSetup {
     pub hides_limits: bool,
     /// Priority of the node threads, if it was granted.
     pub realtime: Option<RealtimePriority>,
-    /// Opens the file for the plant's steps; it keeps those of the last session.
+    /// Opens the file for the plant's steps; it keeps the steps of the last session.
     pub csv: Option<OpenRows>,
     /// Destination of recordings, from the first session on.
     pub record: Option<Destination>,
@@ -92,18 +92,18 @@ impl Prepared {
         let mut experiment = Experiment::new(setup.system.clone(), config)?;
         let real = RealClock::new(setup.realtime.clone());
         experiment.check_clock(&real)?;
-        Self::of(experiment, Box::new(real), setup)
+        Self::with_clock(experiment, Box::new(real), setup)
     }
 
     /// Prepares a branch of a recorded run.
     ///
     /// # Errors
     /// [`ScreenError`] if the file of rows cannot be opened.
-    pub fn of_branch(branch: Branch, setup: &SessionSetup) -> Result<Self, ScreenError> {
-        Self::of(branch.experiment, Box::new(branch.clock), setup)
+    pub fn for_branch(branch: Branch, setup: &SessionSetup) -> Result<Self, ScreenError> {
+        Self::with_clock(branch.experiment, Box::new(branch.clock), setup)
     }
 
-    fn of(
+    fn with_clock(
         experiment: Experiment,
         real: Box<dyn Clock + Send>,
         setup: &SessionSetup,
@@ -111,7 +111,7 @@ impl Prepared {
         // The previous session may still be writing to it.
         let csv = setup.csv.as_ref().map(|open| open()).transpose();
         Ok(Self {
-            source: Source::of(&experiment),
+            source: Source::for_experiment(&experiment),
             experiment,
             csv: csv.map_err(ScreenError::Csv)?,
             real,
@@ -126,7 +126,7 @@ impl Prepared {
         Recorder::from_the_start(destination, &self.source).map_err(ScreenError::Record)
     }
 
-    /// Starts the experiment, with its recorder if it has one.
+    /// Starts the experiment, with its recorder if any.
     pub fn begin(self, recorder: Option<Recorder>) -> Session {
         let (experiment, mut real) = (self.experiment, self.real);
         let csv = self
@@ -186,15 +186,14 @@ impl Session {
             Command::Set(knob) => self.system().about().followers(knob).collect(),
             _ => Vec::new(),
         };
-        let followers = followers.into_iter().map(Command::Set);
-        for command in iter::once(command).chain(followers) {
+        for command in iter::once(command).chain(followers.into_iter().map(Command::Set)) {
             let _ = self.commands.send(command);
         }
     }
 
-    /// What threads outside of the graph wrote to since the last call.
+    /// Returns what threads outside of the graph wrote to since the last call.
     pub fn written_from_outside(&mut self) -> Vec<Arc<str>> {
-        let mut names = RunLog::of(&self.observer).written_from_outside();
+        let mut names = RunLog::attach(&self.observer).written_from_outside();
         let new = names.split_off(self.outside);
         self.outside += new.len();
         new
@@ -223,7 +222,7 @@ impl Session {
         self.taps.let_go();
     }
 
-    /// The nodes in a tick, for which the end of the run waits, in a sentence.
+    /// Returns the nodes in a tick, for which the end of the run waits, in a sentence.
     pub fn busy(&self) -> String {
         let nodes = self.observer.snapshot().nodes.into_iter();
         let busy = nodes.filter(|node| node.busy).map(|node| node.name);
@@ -240,8 +239,7 @@ impl Session {
     pub fn finish(&mut self) -> Result<SessionResult, ScreenError> {
         self.stop();
         if let Some(outcome) = &self.outcome {
-            let outcome = outcome.recv().map_err(|_| ScreenError::Panicked)?;
-            self.end(outcome)?;
+            self.end(outcome.recv().map_err(|_| ScreenError::Panicked)?)?;
         }
         let csv_lost = self.finish_csv()?;
         let summary = self.summary.take().ok_or(ScreenError::Panicked)?;
@@ -261,7 +259,7 @@ impl Session {
     fn end(&mut self, outcome: Result<Summary, Fault>) -> Result<(), ScreenError> {
         self.outcome = None;
         if let Some(recorder) = &self.recorder {
-            recorder.end(StopReason::of(&outcome));
+            recorder.end(StopReason::from_outcome(&outcome));
         }
         match outcome {
             Ok(summary) => self.summary = Some(summary),
@@ -292,7 +290,7 @@ impl Session {
         Ok(self.recorder.insert(recorder).path().to_owned())
     }
 
-    /// The run so far, to be executed again; `None` at its end.
+    /// Returns the run so far, to be executed again; `None` at its end.
     pub fn so_far(&self) -> Option<Recording> {
         let end = match &self.summary {
             Some(summary) => StopReason::Run(Box::new(summary.clone())),

@@ -22,8 +22,8 @@ pub enum SurvivalLevel {
 }
 
 impl SurvivalLevel {
-    /// The level for `held` of `runs`.
-    pub fn of(held: usize, runs: usize) -> Self {
+    /// Creates the level for `held` of `runs`.
+    pub fn new(held: usize, runs: usize) -> Self {
         match (held, runs) {
             (_, 0) => Self::Unknown,
             (0, _) => Self::None,
@@ -46,7 +46,7 @@ impl SurvivalLevel {
         }
     }
 
-    /// The legend of the glyphs.
+    /// Returns the legend of the glyphs.
     pub fn key(good: &str, theme: &Theme) -> String {
         let glyph = |level: Self| level.glyph(theme);
         format!(
@@ -59,7 +59,7 @@ impl SurvivalLevel {
         )
     }
 
-    /// Whether most runs were successful; `None` if unknown.
+    /// Returns whether most runs were successful; `None` if unknown.
     pub fn is_good(self) -> Option<bool> {
         match self {
             Self::Unknown => None,
@@ -68,8 +68,8 @@ impl SurvivalLevel {
         }
     }
 
-    /// `text` in its colour, if there are colours: blue and orange of the sixteen, as
-    /// in the dashboard.
+    /// Returns `text` in its colour, if there are colours: blue and orange of the sixteen, as in
+    /// the dashboard.
     pub fn paint(self, text: &str, theme: &Theme) -> String {
         match self.is_good().filter(|_| theme.colour) {
             None => text.to_owned(),
@@ -78,10 +78,10 @@ impl SurvivalLevel {
         }
     }
 
-    /// A bar of `width` columns, as long as the share of `held` in `runs`; only none
-    /// is empty, and only all is full.
+    /// Returns a bar of `width` columns, as long as the share of `held` in `runs`; only none is
+    /// empty, and only all is full.
     pub fn bar(held: usize, runs: usize, width: usize, theme: &Theme) -> String {
-        let level = Self::of(held, runs);
+        let level = Self::new(held, runs);
         let full = match level {
             Self::Unknown | Self::None => 0,
             Self::All => width,
@@ -111,8 +111,8 @@ mod tests {
 
     #[test]
     fn only_all_is_all_and_only_none_is_none() {
-        let levels = [0, 1, 66, 67, 100, 133, 134, 199, 200].map(|b| SurvivalLevel::of(b, 200));
+        let levels = [0, 1, 66, 67, 100, 133, 134, 199, 200].map(|b| SurvivalLevel::new(b, 200));
         assert_eq!(levels, [None, Few, Few, Half, Half, Half, Most, Most, All]);
-        assert_eq!(SurvivalLevel::of(0, 0), Unknown);
+        assert_eq!(SurvivalLevel::new(0, 0), Unknown);
     }
 }

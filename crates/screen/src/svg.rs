@@ -15,15 +15,15 @@ use crate::{
 /// Size of a character cell in pixels.
 const CELL: (u16, u16) = (8, 17);
 
-/// `buffer` as on a terminal with the background of `look`.
+/// Returns `buffer` as on a terminal with the background of `look`.
 pub fn svg(buffer: &Buffer, look: Look) -> String {
     let rows = (0..buffer.area.height).map(|y| row(buffer, y, look));
     sheet(buffer, look, "", &rows.collect::<String>())
 }
 
-/// `frames` one after the other, each for `frame_s` seconds, again and again. A row that
-/// stays the same over some frames is in the file once. For readers who prefer no motion it
-/// is the last frame.
+/// Returns `frames` one after the other, each for `frame_s` seconds, again and again. A row that
+/// stays the same over some frames is in the file once. For readers who prefer no motion it is the
+/// last frame.
 pub fn moving_svg(frames: &[Buffer], look: Look, frame_s: f64) -> String {
     let Some(last) = frames.last() else {
         return String::new();
@@ -52,9 +52,10 @@ pub fn moving_svg(frames: &[Buffer], look: Look, frame_s: f64) -> String {
     let steps = spans.iter().map(|(from, to)| {
         let before = if *from == 0 { "visible" } else { "hidden" };
         let (begin, end) = (share(*from), share(*to));
-        let end = match to < &count {
-            true => format!("{end:.3}%{{visibility:hidden}}"),
-            false => String::new(),
+        let end = if to < &count {
+            format!("{end:.3}%{{visibility:hidden}}")
+        } else {
+            String::new()
         };
         format!(
             "@keyframes f{from}-{to}{{0%{{visibility:{before}}}\
@@ -71,7 +72,7 @@ pub fn moving_svg(frames: &[Buffer], look: Look, frame_s: f64) -> String {
     sheet(last, look, &style, &rows)
 }
 
-/// The file around the rows of a screen of the size of `buffer`.
+/// Returns the file around the rows of a screen of the size of `buffer`.
 fn sheet(buffer: &Buffer, look: Look, style: &str, rows: &str) -> String {
     let [_, paper] = inks(look);
     let (width, height) = (buffer.area.width, buffer.area.height);
@@ -118,9 +119,12 @@ fn run_of_one_style(
         );
         pen = paper.to_owned();
     }
-    let attribute = |of, text| match run[0].modifier.contains(of) {
-        true => text,
-        false => "",
+    let attribute = |of, text| {
+        if run[0].modifier.contains(of) {
+            text
+        } else {
+            ""
+        }
     };
     let weight = attribute(Modifier::BOLD, " font-weight=\"bold\"");
     let faint = attribute(Modifier::DIM, " opacity=\"0.55\"");

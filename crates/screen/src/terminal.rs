@@ -40,7 +40,7 @@ pub const BACKLOG: usize = 1024;
 /// replies later changes the colours of a later frame.
 const PATIENCE: Duration = Duration::from_millis(100);
 
-/// Whether there is a terminal to draw on and to read keys from.
+/// Returns whether there is a terminal to draw on and to read keys from.
 pub fn is_there() -> bool {
     stdin().is_terminal() && stdout().is_terminal()
 }
@@ -103,19 +103,19 @@ fn restore_on_panic() {
 
 /// The source of keys, and of the shell's requests.
 pub trait Input {
-    /// The next event, if one comes within `timeout`.
+    /// Returns the next event, if one comes within `timeout`.
     ///
     /// # Errors
     /// If the source fails.
     fn next(&mut self, timeout: Duration) -> io::Result<Option<Event>>;
 
-    /// The look for the terminal's background, if the terminal has reported it since the
+    /// Returns the look for the terminal's background, if the terminal has reported it since the
     /// last call.
     fn look(&mut self) -> Option<Look> {
         None
     }
 
-    /// The newest request of the shell.
+    /// Returns the newest request of the shell.
     fn request(&mut self) -> ShellRequest {
         ShellRequest::Stay
     }
@@ -265,9 +265,8 @@ pub enum ShellRequest {
     GoOn,
 }
 
-/// Whether a shell with job control started the program: it gives each job a
-/// process group of its own, which then is not that of the session's first
-/// process.
+/// Returns whether a shell with job control started the program: it gives each job a process group
+/// of its own, which then is not that of the session's first process.
 fn has_shell() -> bool {
     getsid(None).is_ok_and(|session| session != getpgrp())
 }

@@ -57,7 +57,7 @@ const RUNS: &str = "
         the age arose on /action: the policy decides every 200 ms. ] raises control-hz
     0 sensor-hz 5 | of 74–90; this push is; \
         the age arose at the sensor: it looks 5 times a second. } raises sensor-hz
-    0 link /action delay:100 | of 74–90; this push is; :link /action none mends it
+    0 link /action delay:100 | of 74–90; this push is; :link /action none fixes it
     0 sensor-hz 5; 0 control-hz 5 | FELL at; of 74–90; } raises sensor-hz; ] raises control-hz
     0 control-hz 5; 0 queue-depth 100 | FELL at
     0 link /obs delay:40,loss:0.9 | FELL at

@@ -28,7 +28,7 @@ pub enum Look {
 }
 
 impl Look {
-    /// The colours of good news, alarms, motion and references; `None` for the terminal's
+    /// Returns the colours of good news, alarms, motion and references; `None` for the terminal's
     /// own colour.
     fn palette(self) -> [Option<u8>; 4] {
         match self {
@@ -45,13 +45,13 @@ impl Theme {
         self.coloured(0)
     }
 
-    /// An alarm. Also bold and reversed, for terminals without colours.
+    /// Returns an alarm. Also bold and reversed, for terminals without colours.
     pub fn alarm(&self) -> Style {
         self.coloured(1)
             .add_modifier(Modifier::BOLD | Modifier::REVERSED)
     }
 
-    /// An alarm in lines, which would become blocks if reversed.
+    /// Returns an alarm in lines, which would become blocks if reversed.
     pub fn alarm_line(&self) -> Style {
         self.coloured(1).add_modifier(Modifier::BOLD)
     }
@@ -82,13 +82,13 @@ impl Theme {
         }
     }
 
-    /// `glyph`, or `plain` in ASCII.
+    /// Returns `glyph`, or `plain` in ASCII.
     pub fn glyph(&self, glyph: &'static str, plain: &'static str) -> &'static str {
         if self.ascii { plain } else { glyph }
     }
 }
 
-/// The red, green and blue of the colour with this number, from the cube and the greys of
+/// Returns the red, green and blue of the colour with this number, from the cube and the greys of
 /// the 256 colours.
 pub fn rgb(index: u8) -> [u8; 3] {
     let level = |step: u8| if step == 0 { 0 } else { 55 + 40 * step };
@@ -117,13 +117,14 @@ mod tests {
     ];
     const LIGHT: [[u8; 3]; 3] = [[255, 255, 255], [255, 255, 221], [242, 242, 242]];
 
-    /// The relative luminance of WCAG 2.
+    /// Returns the relative luminance of WCAG 2.
     fn luminance(colour: [u8; 3]) -> f64 {
         let [red, green, blue] = colour.map(|part| {
             let part = f64::from(part) / 255.0;
-            match part <= 0.040_45 {
-                true => part / 12.92,
-                false => ((part + 0.055) / 1.055).powf(2.4),
+            if part <= 0.040_45 {
+                part / 12.92
+            } else {
+                ((part + 0.055) / 1.055).powf(2.4)
             }
         });
         0.2126 * red + 0.7152 * green + 0.0722 * blue

@@ -32,13 +32,14 @@ impl Default for TimelineView {
 impl TimelineView {
     /// Zooms to a shorter stretch, or to a longer one.
     pub fn zoom(&mut self, closer: bool) {
-        self.zoom = match closer {
-            true => self.zoom.saturating_sub(1),
-            false => (self.zoom + 1).min(SPANS_MS.len() - 1),
+        self.zoom = if closer {
+            self.zoom.saturating_sub(1)
+        } else {
+            (self.zoom + 1).min(SPANS_MS.len() - 1)
         };
     }
 
-    /// Length of the visible stretch (run time).
+    /// Returns the length of the visible stretch (run time).
     fn span(self) -> Duration {
         Duration::from_millis(SPANS_MS[self.zoom])
     }
@@ -53,8 +54,10 @@ impl TimelineView {
         self.selected = match (later, self.selected) {
             (true, None) => None,
             (true, Some(_)) => {
-                let newer = lineage.pushes(node).into_iter();
-                let mut newer = newer.filter(|newer| newer.since > push.since);
+                let mut newer = lineage
+                    .pushes(node)
+                    .into_iter()
+                    .filter(|newer| newer.since > push.since);
                 newer
                     .find(|newer| newer.since <= now)
                     .map(|newer| newer.since)
@@ -133,9 +136,9 @@ pub enum MarkKind {
 }
 
 impl Timeline {
-    /// The timeline of a run at run time `now`, as `view` shows it; `acts` is the node
-    /// with a push age.
-    pub fn of(lineage: &Lineage, acts: usize, view: TimelineView, now: Time) -> Option<Self> {
+    /// Creates the timeline of a run at run time `now`, as `view` shows it; `acts` is the node with
+    /// a push age.
+    pub fn new(lineage: &Lineage, acts: usize, view: TimelineView, now: Time) -> Option<Self> {
         let looked_at = view.selected.unwrap_or(now).min(now);
         let topology = lineage.topology();
         let push = lineage.push_at(acts, looked_at);
@@ -143,8 +146,10 @@ impl Timeline {
         if push.is_none() && topics.any(|topic| topic.readers.contains(&acts)) {
             return None;
         }
-        let chain = push.as_ref().map(|push| lineage.chain_of(push));
-        let chain = chain.unwrap_or_default();
+        let chain = push
+            .as_ref()
+            .map(|push| lineage.chain_of(push))
+            .unwrap_or_default();
         // A selected push is in the last third.
         let to = match view.selected {
             None => now,
@@ -154,7 +159,7 @@ impl Timeline {
             from: to - view.span(),
             to,
             lanes: Vec::new(),
-            sentence: sentence(lineage, acts, push.as_ref(), (view, now)),
+            sentence: sentence(lineage, acts, push.as_ref(), view, now),
             newest: view.selected.is_none(),
         };
         for node in order(lineage, acts) {
@@ -168,7 +173,7 @@ impl Timeline {
         Some(timeline)
     }
 
-    /// The timeline with these lanes for the bars of plans on `topic`.
+    /// Returns the timeline with these lanes for the bars of plans on `topic`.
     pub fn with_plans(mut self, topic: &str, lanes: &[Vec<PlanBar>]) -> Self {
         for (number, bars) in (1..).zip(lanes) {
             let parts = bars
@@ -178,9 +183,10 @@ impl Timeline {
             let marks = seen.map(|(bar, part)| Mark {
                 at: part.from,
                 until: part.to,
-                kind: match part.played {
-                    true => MarkKind::Played,
-                    false => MarkKind::Planned,
+                kind: if part.played {
+                    MarkKind::Played
+                } else {
+                    MarkKind::Planned
                 },
                 bright: part.played,
                 by: Some(bar.number.to_string()),
@@ -195,12 +201,13 @@ impl Timeline {
     }
 }
 
-/// The age of a push and its parts.
+/// Returns the age of a push and its parts.
 fn sentence(
     lineage: &Lineage,
     acts: usize,
     push: Option<&PushInForce>,
-    (view, now): (TimelineView, Time),
+    view: TimelineView,
+    now: Time,
 ) -> PushSentence {
     let topology = lineage.topology();
     let Some(push) = push else {
@@ -213,11 +220,11 @@ fn sentence(
         None => now,
         Some(_) => push.outdated.unwrap_or(now).clamp(push.since, now),
     };
-    PushSentence::of(&push.parts(moment), topology)
+    PushSentence::new(&push.parts(moment), topology)
 }
 
-/// The nodes upstream of the acting one, the acting node itself, and the others on the threads
-/// of their executors.
+/// Returns the nodes upstream of the acting one, the acting node itself, and the others on the
+/// threads of their executors.
 fn order(lineage: &Lineage, acts: usize) -> Vec<usize> {
     let topology = lineage.topology();
     let mut order = upstream(topology, acts);
@@ -235,7 +242,7 @@ fn order(lineage: &Lineage, acts: usize) -> Vec<usize> {
     order
 }
 
-/// `last` and the nodes whose messages reach it, the nearest first.
+/// Returns `last` and the nodes whose messages reach it, the nearest first.
 pub fn upstream(topology: &Topology, last: usize) -> Vec<usize> {
     let mut path = vec![last];
     let mut next = 0;
@@ -259,7 +266,7 @@ impl Timeline {
         let mut before: Option<u64> = None;
         for (index, worked) in lineage.ticks_between(node, self.from, self.to) {
             let overruns = worked.tick.overruns;
-            let before = before.replace(overruns);
+            let overruns_before = before.replace(overruns);
             let ends = worked.tick.ends.unwrap_or(self.to);
             if ends < self.from {
                 continue;
@@ -283,7 +290,7 @@ impl Timeline {
             marks.push(mark([worked.tick.at, ends], MarkKind::Tick, None));
             let asides = lineage.set_aside(node, index).into_iter();
             marks.extend(asides.map(|aside| wait(aside, MarkKind::Aside)));
-            if before.is_some_and(|before| overruns > before) {
+            if overruns_before.is_some_and(|before| overruns > before) {
                 marks.push(mark([ends, ends], MarkKind::Overrun, None));
             }
         }
@@ -297,8 +304,9 @@ impl Timeline {
         let known = &lineage.topology().topics[topic];
         let readers = known.readers.iter();
         let ticks = readers.flat_map(|&node| lineage.ticks_between(node, self.from, Time::MAX));
-        let reads = ticks.flat_map(|(_, worked)| worked.reads());
-        let reads = reads.filter(|read| read.topic == topic);
+        let reads = ticks
+            .flat_map(|(_, worked)| worked.reads())
+            .filter(|read| read.topic == topic);
         let read: HashSet<u64> = reads.map(|read| read.seq).collect();
         let mark = |sent: &Head| {
             let until = sent.arrives.unwrap_or(sent.at);
@@ -317,8 +325,10 @@ impl Timeline {
                 by: None,
             }
         };
-        let sent = lineage.sent(topic).rev();
-        let sent = sent.skip_while(|sent| sent.at > self.to);
+        let sent = lineage
+            .sent(topic)
+            .rev()
+            .skip_while(|sent| sent.at > self.to);
         let mut marks: Vec<Mark> = sent.take(4_096).map(mark).collect();
         marks.retain(|mark| mark.until >= self.from);
         marks.reverse();
@@ -329,7 +339,7 @@ impl Timeline {
     }
 }
 
-/// The name of what a tick waited for, unless it is a thread.
+/// Returns the name of what a tick waited for, unless it is a thread.
 fn missing(what: WaitsFor, topology: &Topology) -> Option<String> {
     match what {
         WaitsFor::Match(topic) => Some(topology.topics[topic].name.clone()),

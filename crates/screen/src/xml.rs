@@ -1,6 +1,6 @@
 //! Text in XML: SVG files and pages.
 
-/// `text` between two tags, or in an attribute. Control characters, which XML refuses,
+/// Returns `text` between two tags, or in an attribute. Control characters, which XML refuses,
 /// become blanks.
 pub fn escaped(text: &str) -> String {
     let mut xml = String::with_capacity(text.len());

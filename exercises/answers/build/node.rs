@@ -11,7 +11,7 @@ pub struct Node<'w> {
 }
 
 impl<'w> Node<'w> {
-    /// A node that does `work` `hz` times a second.
+    /// Returns a node that does `work` `hz` times a second.
     pub fn new(name: &str, hz: u64, priority: u32, work: impl FnMut(u64) -> bool + 'w) -> Self {
         Self {
             name: name.to_owned(),
@@ -21,12 +21,12 @@ impl<'w> Node<'w> {
         }
     }
 
-    /// The name.
+    /// Returns the name.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// When it ticks next (ns), and its priority.
+    /// Returns when it ticks next (ns), and its priority.
     pub fn turn(&self) -> (u64, u32) {
         (self.rate.due(), self.priority)
     }

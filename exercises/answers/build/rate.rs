@@ -11,7 +11,7 @@ pub struct Rate {
 }
 
 impl Rate {
-    /// A rate of `hz`, at least one, whose first tick is due at time zero.
+    /// Creates a rate of `hz`, at least one, whose first tick is due at time zero.
     pub fn new(hz: u64) -> Self {
         Self {
             hz: hz.max(1),
@@ -19,7 +19,7 @@ impl Rate {
         }
     }
 
-    /// When the next tick is due (ns): multiplied first, so that nothing adds up.
+    /// Returns when the next tick is due (ns): multiplied first, so that nothing adds up.
     pub fn due(&self) -> u64 {
         let (seconds, ticks) = (self.next / self.hz, self.next % self.hz);
         seconds * NANOS + ticks * NANOS / self.hz

@@ -39,7 +39,7 @@ impl<T: Clone> Topic<T> {
         }
     }
 
-    /// The name.
+    /// Returns the name.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -63,19 +63,19 @@ impl<T: Clone> Topic<T> {
         });
     }
 
-    /// The newest message.
+    /// Returns the newest message.
     pub fn latest(&self) -> Option<Message<T>> {
         let mut queue = self.queue();
         queue.unread = queue.published;
         queue.messages.back().cloned()
     }
 
-    /// Number of messages published.
+    /// Returns the number of messages published.
     pub fn published(&self) -> u64 {
         self.queue().published
     }
 
-    /// Number of messages dropped.
+    /// Returns the number of messages dropped.
     pub fn dropped(&self) -> u64 {
         self.queue().dropped
     }

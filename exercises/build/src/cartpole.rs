@@ -42,7 +42,7 @@ impl Settings {
         })
     }
 
-    /// Run time at the end (ns).
+    /// Returns the run time at the end (ns).
     fn end(&self) -> u64 {
         self.seconds * 1_000_000_000
     }
@@ -126,8 +126,8 @@ pub fn run(settings: &Settings) -> Result<Run, PlantError> {
 }
 
 impl Run {
-    /// The run as the lab writes it in the first columns (`ratelab run --clock virtual --csv FILE`): a
-    /// row for each control step.
+    /// Returns the run as the lab writes it in the first columns
+    /// (`ratelab run --clock virtual --csv FILE`): a row for each control step.
     pub fn csv(&self) -> String {
         let (Some(table), Some(steps)) =
             (CartPole::default().about().table, self.topics.get(STATE))
@@ -164,7 +164,7 @@ impl Log {
         self.add(topic.name(), head, &data);
     }
 
-    /// The newest tick of the node that publishes to a topic.
+    /// Returns the newest tick of the node that publishes to a topic.
     fn publisher_of(&self, topic: &str) -> Option<TickId> {
         let node = match topic {
             OBS => 0,
@@ -227,7 +227,7 @@ impl Log {
     }
 }
 
-/// A read of message number `seq` of a topic.
+/// Returns a read of message number `seq` of a topic.
 fn read_of<T: Clone>(topic: &Topic<T>, seq: u64) -> TopicRead {
     let place = usize::from(topic.name() == ACTION);
     TopicRead {
@@ -237,7 +237,7 @@ fn read_of<T: Clone>(topic: &Topic<T>, seq: u64) -> TopicRead {
     }
 }
 
-/// The head of a message that arrives when it is published.
+/// Returns the head of a message that arrives when it is published.
 fn head(now: u64, seq: u64, origin: Option<u64>) -> Head {
     let at = Time::from_nanos(now);
     Head {

@@ -8,21 +8,21 @@ pub struct Node<'w> {
 }
 
 impl<'w> Node<'w> {
-    /// A node that does `work` `hz` times a second. The work receives the time of the tick
-    /// (ns), and returns whether the run goes on. Of nodes that are due at the same instant
-    /// the one with the lowest `priority` ticks first.
+    /// Returns a node that does `work` `hz` times a second. The work receives the time of the tick
+    /// (ns), and returns whether the run goes on. Of nodes that are due at the same instant the one
+    /// with the lowest `priority` ticks first.
     pub fn new(_name: &str, _hz: u64, _priority: u32, _work: impl FnMut(u64) -> bool + 'w) -> Self {
         Self {
             nothing: std::marker::PhantomData,
         }
     }
 
-    /// The name.
+    /// Returns the name.
     pub fn name(&self) -> &str {
         todo!("return the name")
     }
 
-    /// When it ticks next (ns), and its priority: the node with the least of these is the
+    /// Returns when it ticks next (ns), and its priority: the node with the least of these is the
     /// next one to tick.
     pub fn turn(&self) -> (u64, u32) {
         let _ = self.nothing;

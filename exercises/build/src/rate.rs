@@ -10,12 +10,12 @@ pub struct Rate {
 }
 
 impl Rate {
-    /// A rate of `hz`, at least one, whose first tick is due at time zero.
+    /// Creates a rate of `hz`, at least one, whose first tick is due at time zero.
     pub fn new(_hz: u64) -> Self {
         Self { nothing: () }
     }
 
-    /// When the next tick is due (ns).
+    /// Returns when the next tick is due (ns).
     pub fn due(&self) -> u64 {
         let () = self.nothing;
         todo!("compute when the next tick is due")

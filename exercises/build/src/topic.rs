@@ -21,7 +21,7 @@ impl<T: Clone> Topic<T> {
         }
     }
 
-    /// The name.
+    /// Returns the name.
     pub fn name(&self) -> &str {
         let _ = self.nothing;
         todo!("return the name")
@@ -32,18 +32,18 @@ impl<T: Clone> Topic<T> {
         todo!("keep the message; count what it pushes out unread")
     }
 
-    /// The newest message; the same one again if there is nothing new, and `None` before
+    /// Returns the newest message; the same one again if there is nothing new, and `None` before
     /// the first.
     pub fn latest(&self) -> Option<Message<T>> {
         todo!("return the newest message, and remember how far the subscriber has come")
     }
 
-    /// Number of messages published.
+    /// Returns the number of messages published.
     pub fn published(&self) -> u64 {
         todo!("count in publish")
     }
 
-    /// Number of messages dropped.
+    /// Returns the number of messages dropped.
     pub fn dropped(&self) -> u64 {
         todo!("count in publish")
     }

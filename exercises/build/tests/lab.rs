@@ -10,8 +10,8 @@ fn the_lab_finds_the_run_identical_to_its_own() {
     ] {
         let output = Command::new(env!("CARGO_BIN_EXE_build-it"))
             .arg(hz)
-            .output();
-        let output = output.expect("it runs");
+            .output()
+            .expect("it runs");
         let printed = String::from_utf8_lossy(&output.stdout).into_owned();
         let identical = format!("your runtime: identical, 3 topics, {expected}\n");
         assert_eq!(printed, identical, "{output:?}");

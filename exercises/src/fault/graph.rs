@@ -87,7 +87,7 @@ const USUAL_HZ: f64 = 50.0;
 /// Depth of the queues: deep enough for one that is read from its old end.
 const DEPTH: u32 = 40;
 
-/// The settings of the graph. Those that differ from the default are the fault, or
+/// The settings of the graph. Settings that differ from the default are the fault, or
 /// harmless.
 #[derive(Clone, Debug)]
 pub struct FaultyGraph {
@@ -98,22 +98,23 @@ pub struct FaultyGraph {
     settings: [f64; SUSPECTS.len()],
 }
 
-/// The place of the suspect with this knob.
+/// Returns the place of the suspect with this knob.
 fn place(of: &str) -> usize {
     let known = SUSPECTS.iter().position(|(knob, ..)| *knob == of);
     known.unwrap_or_default()
 }
 
-/// The number of a suspect that does nothing.
+/// Returns the number of a suspect that does nothing.
 fn usual((knob, ..): &Suspect) -> f64 {
-    match knob.starts_with("rate") {
-        true => USUAL_HZ,
-        false => 0.0,
+    if knob.starts_with("rate") {
+        USUAL_HZ
+    } else {
+        0.0
     }
 }
 
 impl FaultyGraph {
-    /// The graph of the learner's number `seed`.
+    /// Creates the graph of the learner's number `seed`.
     pub fn drawn(seed: u64) -> Self {
         let chance = &mut SplitMix::new(seed, u64::from_le_bytes(*b"a fault "), 0);
         let fault = chance.below(SUSPECTS.len());
@@ -141,14 +142,15 @@ impl FaultyGraph {
     pub fn mended(&self, place: usize) -> Self {
         let mut graph = self.clone();
         let usual = usual(&SUSPECTS[place]);
-        graph.settings[place] = match usual > 0.0 {
-            true => usual.max(self.settings[place]),
-            false => usual,
+        graph.settings[place] = if usual > 0.0 {
+            usual.max(self.settings[place])
+        } else {
+            usual
         };
         graph
     }
 
-    /// A run of ten seconds in the world that does not wait.
+    /// Returns a run of ten seconds in the world that does not wait.
     pub fn config(&self) -> Result<Config, Failure> {
         let mut config = own_world(&format!("queue-depth {DEPTH}"))?;
         // The parts of a link stand in one knob.
@@ -157,8 +159,10 @@ impl FaultyGraph {
         for ((knob, ..), number) in turned.filter(|(_, number)| *number > 0.0) {
             match knob.rsplit_once(' ') {
                 Some((name, value)) if !knob.starts_with("{}") => {
-                    let value = value.replace("{}", &number.to_string());
-                    knobs.entry(name).or_default().push(value);
+                    knobs
+                        .entry(name)
+                        .or_default()
+                        .push(value.replace("{}", &number.to_string()));
                 }
                 _ => {
                     let crash = knob.replace("{}", &number.to_string());

@@ -12,12 +12,12 @@ use crate::framework::{
     Answer, Brief, Failure, Findings, Measurement, PredictionPlace, Table, cart_pole, mean_ms,
 };
 
-/// The figures of the graph's run, to look at before the prediction.
+/// Returns the figures of the graph's run, to look at before the prediction.
 pub(crate) fn evidence(seed: u64) -> Result<Table, Failure> {
-    Ok(Run::of(&FaultyGraph::drawn(seed))?.evidence())
+    Ok(Run::execute(&FaultyGraph::drawn(seed))?.evidence())
 }
 
-/// The graph, to watch in the lab.
+/// Returns the graph, to watch in the lab.
 pub(crate) fn scene(seed: u64) -> Result<Config, Failure> {
     FaultyGraph::drawn(seed).config()
 }
@@ -25,9 +25,10 @@ pub(crate) fn scene(seed: u64) -> Result<Config, Failure> {
 /// Mends each suspect alone; the choices of the question are their names.
 pub(crate) fn measure(brief: &Brief, seed: u64) -> Result<Findings, Failure> {
     let (graph, names) = (FaultyGraph::drawn(seed), &brief.choices);
-    let as_it_is = Run::of(&graph)?;
-    let mended = (0..SUSPECTS.len()).map(|place| Run::of(&graph.mended(place)));
-    let mended = mended.collect::<Result<Vec<_>, _>>()?;
+    let as_it_is = Run::execute(&graph)?;
+    let mended = (0..SUSPECTS.len())
+        .map(|place| Run::execute(&graph.mended(place)))
+        .collect::<Result<Vec<_>, _>>()?;
     let (culprit, (_, _, what_it_did)) = (graph.fault, SUSPECTS[graph.fault]);
     let refuted = names.iter().zip(&mended).map(|(name, run)| {
         format!(
@@ -61,7 +62,7 @@ pub(crate) fn measure(brief: &Brief, seed: u64) -> Result<Findings, Failure> {
 struct Run(Summary);
 
 impl Run {
-    fn of(graph: &FaultyGraph) -> Result<Self, Failure> {
+    fn execute(graph: &FaultyGraph) -> Result<Self, Failure> {
         let experiment = Experiment::new(cart_pole(), &graph.config()?)?;
         Ok(Self(experiment.run()?))
     }
@@ -71,9 +72,10 @@ impl Run {
     }
 
     fn did(&self) -> String {
-        match self.fell() {
-            true => format!("fell at {}", self.0.sim_time),
-            false => "stood".to_owned(),
+        if self.fell() {
+            format!("fell at {}", self.0.sim_time)
+        } else {
+            "stood".to_owned()
         }
     }
 
@@ -81,10 +83,9 @@ impl Run {
         mean_ms(self.0.push_age().map(|age| age.late_s))
     }
 
-    /// What the screen shows of the graph, without its settings.
+    /// Returns what the screen shows of the graph, without its settings.
     fn evidence(&self) -> Table {
-        let nodes = self.0.nodes.iter();
-        let nodes = nodes.filter(|node| &*node.name != "world");
+        let nodes = self.0.nodes.iter().filter(|node| &*node.name != "world");
         let topics = self.0.topics.iter().filter(|topic| topic.is_read());
         let parts = nodes.map(|node| self.node(node));
         let mut parts: Vec<[Option<String>; 8]> =
@@ -153,11 +154,14 @@ fn whole_ms(seconds: f64) -> String {
 fn table(names: &[String], as_it_is: &Run, mended: &[Run]) -> Table {
     let names = iter::once("nothing").chain(names.iter().map(String::as_str));
     let runs: Vec<(&str, &Run)> = names.zip(iter::once(as_it_is).chain(mended)).collect();
-    let end = |run: &Run| match run.fell() {
-        true => format!("fell {:.2} s", run.0.sim_time.as_secs_f64()),
-        false => "stood".to_owned(),
+    let end = |run: &Run| {
+        if run.fell() {
+            format!("fell {:.2} s", run.0.sim_time.as_secs_f64())
+        } else {
+            "stood".to_owned()
+        }
     };
-    let mut table = Table::of(
+    let mut table = Table::from_items(
         &runs,
         &[
             ("mended", &|(name, _)| (*name).to_owned()),
@@ -166,8 +170,11 @@ fn table(names: &[String], as_it_is: &Run, mended: &[Run]) -> Table {
         ],
     );
     let half = table.rows.len().div_ceil(2);
-    let beside = table.rows.split_off(half).into_iter();
-    let beside = beside.chain(iter::repeat_with(|| vec![String::new(); 3]));
+    let beside = table
+        .rows
+        .split_off(half)
+        .into_iter()
+        .chain(iter::repeat_with(|| vec![String::new(); 3]));
     table
         .rows
         .iter_mut()
@@ -183,8 +190,10 @@ fn measurements(
     mended: &[Run],
     culprit: usize,
 ) -> Vec<Measurement> {
-    let others = mended.iter().enumerate();
-    let others = others.filter(|(index, _)| *index != culprit);
+    let others = mended
+        .iter()
+        .enumerate()
+        .filter(|(index, _)| *index != culprit);
     let saved = others.filter(|(_, run)| !run.fell()).count();
     let mut measured = vec![
         Measurement::new("as it is: fell", u32::from(as_it_is.fell())),
@@ -213,10 +222,10 @@ mod tests {
             let graph = FaultyGraph::drawn(seed);
             let (knob, ..) = SUSPECTS[graph.fault];
             found.insert(knob);
-            let broken = Run::of(&graph).expect("run");
+            let broken = Run::execute(&graph).expect("run");
             assert!(broken.fell(), "{seed}: {knob}");
             for (place, (mended, ..)) in SUSPECTS.iter().enumerate() {
-                let run = Run::of(&graph.mended(place)).expect("run");
+                let run = Run::execute(&graph.mended(place)).expect("run");
                 assert_eq!(
                     run.fell(),
                     *mended != knob,

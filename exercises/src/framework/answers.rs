@@ -19,7 +19,7 @@ const LARGEST: u64 = 1 << 20;
 pub struct Answers(BTreeMap<String, PredictionEntry>);
 
 impl Answers {
-    /// Loads the predictions in the file at `path`; none if there is no file.
+    /// Loads the predictions in the file at `path`; none without a file.
     ///
     /// # Errors
     /// [`AnswersError`] if the file is unreadable or invalid.
@@ -66,20 +66,20 @@ impl Answers {
         Ok(answers)
     }
 
-    /// The prediction for this exercise, if there is one and it is not asked for again.
+    /// Returns the prediction for this exercise, unless it is missing or asked for again.
     pub fn get(&self, exercise: &Brief) -> Option<&Prediction> {
         let entry = self.0.get(&exercise.name).filter(|entry| !entry.open)?;
         Some(&entry.prediction)
     }
 
-    /// The first prediction for this exercise: the only one that was made without the
+    /// Returns the first prediction for this exercise: the only one that was made without the
     /// measurement.
     pub fn first(&self, exercise: &Brief) -> Option<&Prediction> {
         let entry = self.0.get(&exercise.name)?;
         Some(&entry.first().prediction)
     }
 
-    /// The latest prediction for this exercise, where there was an earlier one.
+    /// Returns the latest prediction for this exercise, where there was an earlier one.
     pub fn redone(&self, exercise: &Brief) -> Option<&Prediction> {
         let entry = self.0.get(&exercise.name);
         let again = entry.filter(|entry| entry.is_redone())?;
@@ -88,7 +88,7 @@ impl Answers {
 
     /// Notes in the file at `path` whether the first prediction for this exercise is right, by the
     /// `findings` for the learner's number `seed`, unless that is known; the predictions are then
-    /// those of the file.
+    /// read from the file.
     ///
     /// # Errors
     /// As of [`change`](Self::change); nothing is noted then.
@@ -112,8 +112,8 @@ impl Answers {
         Ok(())
     }
 
-    /// Whether the first prediction for this exercise is right; `None` if that is known, or the
-    /// `findings` are for another number than its own.
+    /// Returns whether the first prediction for this exercise is right; `None` if that is known, or
+    /// the `findings` are for another number than its own.
     fn judgement(&self, exercise: &Brief, findings: &Findings, seed: u64) -> Option<bool> {
         let first = self.0.get(&exercise.name)?.first();
         let (is_right, _) = findings.judge(exercise, &first.prediction);
@@ -121,7 +121,7 @@ impl Answers {
         is_new.then_some(is_right)
     }
 
-    /// The prediction for this exercise as text, if there is one, with whether the first one was
+    /// Returns the prediction for this exercise as text, if any, with whether the first one was
     /// right.
     pub fn predicted(&self, exercise: &Brief) -> Option<String> {
         let judged = self.0.get(&exercise.name)?.first().right;
@@ -131,15 +131,17 @@ impl Answers {
             None => "",
         };
         let number = exercise.in_unit(self.get(exercise)?.number());
-        let first = self.redone(exercise).and_then(|_| self.first(exercise));
-        let first = first.map(|first| format!(", first {}", exercise.in_unit(first.number())));
+        let first = self
+            .redone(exercise)
+            .and_then(|_| self.first(exercise))
+            .map(|first| format!(", first {}", exercise.in_unit(first.number())));
         Some(format!(
             "{sign}you predicted {number}{}",
             first.unwrap_or_default()
         ))
     }
 
-    /// How the predictions for this exercise came into the file.
+    /// Returns how the predictions for this exercise came into the file.
     pub fn origin(&self, exercise: &Brief) -> Option<PredictionOrigin> {
         let entry = self.0.get(&exercise.name)?;
         Some(entry.origin(&exercise.name))
@@ -160,7 +162,7 @@ impl Answers {
     }
 }
 
-/// The error in `text`, with its line.
+/// Returns the error in `text`, with its line.
 fn in_a_line(text: &str, error: &toml::de::Error) -> String {
     let before = error.span().and_then(|span| text.get(..span.start));
     let line = before.map_or(1, |before| before.matches('\n').count() + 1);
@@ -197,7 +199,7 @@ pub enum AnswersError {
 }
 
 impl AnswersError {
-    /// The cause, without the name of the file.
+    /// Returns the cause, without the name of the file.
     pub fn cause(&self) -> String {
         match self {
             Self::Content { cause, .. } => cause.clone(),

@@ -67,13 +67,12 @@ pub struct Replies {
 }
 
 impl Brief {
-    /// The number with the letter of the question, such as `6b`.
+    /// Returns the number with the letter of the question, such as `6b`.
     pub fn label(&self) -> String {
         format!("{}{}", self.number, self.part)
     }
 
-    /// `number` with the unit of the question if there is one, or the choice of that
-    /// number.
+    /// Returns `number` with the unit of the question, or the choice of that number.
     pub fn in_unit(&self, number: f64) -> String {
         let index = (number as usize).checked_sub(1);
         match index.and_then(|index| self.choices.get(index)) {
@@ -82,7 +81,7 @@ impl Brief {
         }
     }
 
-    /// The question, with how near a right number comes, or with the choices.
+    /// Returns the question, with how near a right number comes, or with the choices.
     pub fn asked(&self) -> String {
         let answer = match &self.choices[..] {
             [] => self.tolerance.in_words(&self.quantity, &self.unit),
@@ -106,12 +105,12 @@ pub struct Range {
 }
 
 impl Range {
-    /// Whether `number` is possible.
+    /// Returns whether `number` is possible.
     pub fn contains(self, number: f64) -> bool {
         (self.least..=self.most).contains(&number) && (!self.whole || number.fract() == 0.0)
     }
 
-    /// The possible numbers as text, in `unit`.
+    /// Returns the possible numbers as text, in `unit`.
     pub(super) fn in_words(self, unit: &str) -> String {
         let kind = if self.whole { "a whole number, " } else { "" };
         format!("{kind}{} to {}", self.least, in_unit(self.most, unit))
@@ -132,7 +131,7 @@ pub enum Tolerance {
 }
 
 impl Tolerance {
-    /// The largest error of a right prediction.
+    /// Returns the largest error of a right prediction.
     pub(super) fn within(self) -> f64 {
         match self {
             Self::Within(within) => within,
@@ -140,7 +139,7 @@ impl Tolerance {
         }
     }
 
-    /// The rule as a sentence, about a `quantity` in `unit`.
+    /// Returns the rule as a sentence, about a `quantity` in `unit`.
     fn in_words(self, quantity: &str, unit: &str) -> String {
         match self {
             Self::Exact => "Counts as right: the exact number.".to_owned(),

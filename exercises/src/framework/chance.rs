@@ -7,7 +7,7 @@ pub(crate) struct SplitMix(u64);
 impl SplitMix {
     const GAMMA: u64 = 0x9e37_79b9_7f4a_7c15;
 
-    /// The draws of the learner's number `seed` for item `item` of a `purpose`.
+    /// Creates the draws of the learner's number `seed` for item `item` of a `purpose`.
     pub(crate) fn new(seed: u64, purpose: u64, item: u64) -> Self {
         let words = [seed, purpose, item].into_iter();
         Self(words.fold(0, |state, word| Self(state ^ word).next()))
@@ -20,13 +20,13 @@ impl SplitMix {
         mixed ^ mixed >> 31
     }
 
-    /// A number within `from` to `to`, uniform.
+    /// Returns a number within `from` to `to`, uniform.
     pub(crate) fn within(&mut self, from: f64, to: f64) -> f64 {
         let unit = (self.next() >> 11) as f64 / (1_u64 << 53) as f64;
         from + unit * (to - from)
     }
 
-    /// A whole number below `count`, which is small.
+    /// Returns a whole number below `count`, which is small.
     pub(crate) fn below(&mut self, count: usize) -> usize {
         (self.within(0.0, count as f64) as usize).min(count.saturating_sub(1))
     }

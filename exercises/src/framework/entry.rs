@@ -21,7 +21,7 @@ pub(super) struct PredictionEntry {
 }
 
 impl PredictionEntry {
-    /// The prediction for the exercise `name`, after an `earlier` one if there is one.
+    /// Creates the prediction for the exercise `name`, after an `earlier` one if any.
     pub fn new(name: &str, prediction: Prediction, earlier: Option<Self>) -> Self {
         let first = earlier.map(|earlier| match earlier.first {
             Some(first) => first,
@@ -41,7 +41,7 @@ impl PredictionEntry {
         entry
     }
 
-    /// The entry that was made first.
+    /// Returns the entry that was made first.
     pub fn first(&self) -> &Self {
         self.first.as_deref().unwrap_or(self)
     }
@@ -54,12 +54,12 @@ impl PredictionEntry {
         }
     }
 
-    /// Whether there is an earlier one.
+    /// Returns whether there is an earlier one.
     pub fn is_redone(&self) -> bool {
         self.first.is_some()
     }
 
-    /// How it, and the first one, came into the file.
+    /// Returns how it, and the first one, came into the file.
     pub fn origin(&self, name: &str) -> PredictionOrigin {
         let own = mark::origin(self.mark.as_deref(), &self.content(name));
         match self.first.as_deref().map(|first| first.origin(name)) {
@@ -68,7 +68,7 @@ impl PredictionEntry {
         }
     }
 
-    /// What the mark vouches for.
+    /// Returns what the mark vouches for.
     fn content(&self, name: &str) -> String {
         let first = self.first.as_deref();
         format!(

@@ -46,7 +46,7 @@ impl Exercise {
         Self { brief, measure }
     }
 
-    /// The text of the question.
+    /// Returns the text of the question.
     pub fn brief(&self) -> &Brief {
         &self.brief
     }
@@ -64,7 +64,7 @@ impl Exercise {
         }
     }
 
-    /// Whether the learner's number decides what is measured.
+    /// Returns whether the learner's number decides what is measured.
     pub fn draws(&self) -> bool {
         !matches!(self.measure, Measure::Alike(_))
     }
@@ -80,7 +80,7 @@ impl Exercise {
         }
     }
 
-    /// The run to look at in the lab before the prediction, for the learner's number
+    /// Returns the run to look at in the lab before the prediction, for the learner's number
     /// `seed`.
     ///
     /// # Errors
@@ -139,7 +139,7 @@ pub enum Answer {
 }
 
 impl Answer {
-    /// The measured answer in the unit of the question, as text.
+    /// Returns the measured answer in the unit of the question, as text.
     pub fn in_words(&self, brief: &Brief) -> String {
         let unit = |number: f64| brief.in_unit(rounded(number));
         match self {
@@ -174,7 +174,7 @@ impl Answer {
         }
     }
 
-    /// The figure that refutes choice `number`.
+    /// Returns the figure that refutes choice `number`.
     fn refutation(&self, number: f64) -> Option<&String> {
         match self {
             Self::Choice { refuted, .. } => refuted.get((number as usize).checked_sub(1)?),
@@ -201,17 +201,17 @@ impl Findings {
         Ok(Expectations::load()?.compare(brief, &self.measurements)?)
     }
 
-    /// Whether a prediction is right, with its deviation.
+    /// Returns whether a prediction is right, with its deviation.
     pub fn judge(&self, brief: &Brief, prediction: &Prediction) -> (bool, String) {
         self.answer.judge(prediction.number(), brief)
     }
 
-    /// The prediction, the measurement, and the meaning of the difference.
+    /// Returns the prediction, the measurement, and the meaning of the difference.
     pub fn reconcile(&self, brief: &Brief, prediction: &Prediction) -> String {
         format!("{}\n\n{}", self.outcome(brief, prediction), self.meaning)
     }
 
-    /// The prediction, the measurement, and what is replied, in a line each.
+    /// Returns the prediction, the measurement, and what is replied, in a line each.
     pub fn outcome(&self, brief: &Brief, prediction: &Prediction) -> String {
         let outcome = format!(
             "You predicted {}: {}.\nMeasured: {}. {}\n{}",
@@ -224,7 +224,7 @@ impl Findings {
         outcome.trim_end().to_owned()
     }
 
-    /// What is replied to the prediction.
+    /// Returns what is replied to the prediction.
     pub fn reply<'b>(&self, brief: &'b Brief, prediction: &Prediction) -> &'b str {
         let (number, replies) = (prediction.number(), &brief.replies);
         match &self.answer {
@@ -236,7 +236,7 @@ impl Findings {
         }
     }
 
-    /// The table with the prediction in it, as text.
+    /// Returns the table with the prediction in it, as text.
     pub fn drawn(&self, brief: &Brief, prediction: &Prediction) -> String {
         self.table.with(self.place, prediction.number(), brief)
     }
@@ -283,12 +283,12 @@ pub enum Failure {
     Unmeasured(String),
 }
 
-/// A mean in milliseconds, from seconds; NaN without samples.
+/// Returns a mean in milliseconds, from seconds; NaN without samples.
 pub(crate) fn mean_ms(mean_s: Option<f64>) -> f64 {
     mean_s.map_or(f64::NAN, |mean| mean * 1e3)
 }
 
-/// The rates of an exercise, which are constants.
+/// Returns the rates of an exercise, which are constants.
 pub(crate) fn hz(rates: &[f64]) -> Result<Vec<Hz>, Failure> {
     rates.iter().map(|&hz| Ok(Hz::new(hz)?)).collect()
 }

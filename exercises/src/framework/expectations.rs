@@ -25,8 +25,8 @@ impl Measurement {
         }
     }
 
-    /// The figures of `subject`, each with its name.
-    pub(crate) fn of<const N: usize>(
+    /// Returns the figures of `subject`, each with its name.
+    pub(crate) fn list<const N: usize>(
         subject: impl fmt::Display,
         figures: [(&str, f64); N],
     ) -> [Self; N] {
@@ -121,8 +121,7 @@ impl Expectations {
         exercise: &Brief,
         measurements: &[Measurement],
     ) -> Result<Vec<Check>, ExpectationsError> {
-        let bands = self.exercises.get(&exercise.name);
-        let bands = bands.ok_or_else(|| {
+        let bands = self.exercises.get(&exercise.name).ok_or_else(|| {
             let name = &exercise.name;
             let what_to_do = format!("add [exercises.{name}] to bands.toml");
             ExpectationsError(format!("exercise {name:?} has no bands: {what_to_do}"))
@@ -133,18 +132,20 @@ impl Expectations {
             band: bands.get(&measurement.name).cloned(),
         });
         let is_measured = |name: &str| measurements.iter().any(|m| m.name == name);
-        let missing = bands.iter().filter(|(name, _)| !is_measured(name));
-        let missing = missing.map(|(name, band)| Check {
-            name: name.clone(),
-            measured: None,
-            band: Some(band.clone()),
-        });
+        let missing = bands
+            .iter()
+            .filter(|(name, _)| !is_measured(name))
+            .map(|(name, band)| Check {
+                name: name.clone(),
+                measured: None,
+                band: Some(band.clone()),
+            });
         Ok(measured.chain(missing).collect())
     }
 }
 
 impl Expectation {
-    /// Whether `value` lies in the band.
+    /// Returns whether `value` lies in the band.
     pub fn holds(&self, value: f64) -> bool {
         let reads = |text: &str| {
             let decimals = text
@@ -159,7 +160,7 @@ impl Expectation {
             && self.at_most.is_none_or(|most| value <= most)
     }
 
-    /// Its conditions, in words.
+    /// Returns its conditions, in words.
     fn bounds(&self) -> Vec<String> {
         let bounds = [
             self.equals.map(|value| format!("exactly {value}")),
@@ -178,7 +179,7 @@ impl fmt::Display for Expectation {
 }
 
 impl Check {
-    /// Whether the measurement exists, has a band, and lies in it.
+    /// Returns whether the measurement exists, has a band, and lies in it.
     pub fn holds(&self) -> bool {
         let both = self.band.as_ref().zip(self.measured);
         both.is_some_and(|(band, measured)| band.holds(measured))

@@ -1,7 +1,7 @@
 //! The mark of a prediction in a file: whether ratelab wrote it as it stands.
 //!
-//! It is no seal: whoever reads this file can make one. It tells a file that was changed in
-//! an editor, and two files of which one is a copy.
+//! It is not a seal: whoever reads this file can make one. It shows that a file was changed in
+//! an editor, or copied from another file.
 
 use ratelab::Digest;
 use std::hash::{BuildHasher, Hasher, RandomState};
@@ -20,7 +20,7 @@ pub enum PredictionOrigin {
 /// Digits of the part that is drawn, and of the check of the rest.
 const DIGITS: usize = 16;
 
-/// A mark for `content` that no other one repeats.
+/// Returns a mark for `content` that no other one repeats.
 pub(super) fn new(content: &str) -> String {
     // Each of these has keys of its own, drawn by the operating system.
     let drawn = format!("{:0DIGITS$x}", RandomState::new().build_hasher().finish());
@@ -28,7 +28,7 @@ pub(super) fn new(content: &str) -> String {
     format!("{drawn}-{check}")
 }
 
-/// How `content` with this `mark` came into its file.
+/// Returns how `content` with this `mark` came into its file.
 pub(super) fn origin(mark: Option<&str>, content: &str) -> PredictionOrigin {
     let Some(mark) = mark else {
         return PredictionOrigin::Unmarked;

@@ -76,7 +76,7 @@ impl Prediction {
         Self::reasoned(number, reason, brief)
     }
 
-    /// The choice at the start of `text`, with a reason.
+    /// Reads the choice at the start of `text`, with a reason.
     fn choose(text: &str, brief: &Brief) -> Result<Self, PredictionError> {
         let begins = |choice: &str| {
             let (start, rest) = text.split_at_checked(choice.len())?;
@@ -90,7 +90,7 @@ impl Prediction {
         Self::reasoned(number.into(), reason, brief)
     }
 
-    /// A prediction with the reason at the start of `reason`.
+    /// Creates a prediction, with its reason at the start of `reason`.
     fn reasoned(number: f64, reason: &str, brief: &Brief) -> Result<Self, PredictionError> {
         let reason = without_because(reason).trim();
         if is_reason(reason) {
@@ -103,22 +103,22 @@ impl Prediction {
         }
     }
 
-    /// Whether the reason is more than a word. A file may hold another one.
+    /// Returns whether the reason is more than a word. A file may hold another one.
     pub fn is_reasoned(&self) -> bool {
         is_reason(&self.reason)
     }
 
-    /// The number, in the unit of the question.
+    /// Returns the number, in the unit of the question.
     pub fn number(&self) -> f64 {
         self.number
     }
 
-    /// The reason.
+    /// Returns the reason.
     pub fn reason(&self) -> &str {
         &self.reason
     }
 
-    /// The learner's number; zero where none was given.
+    /// Returns the learner's number; zero where none was given.
     pub fn seed(&self) -> u64 {
         self.seed.unwrap_or_default()
     }
@@ -133,14 +133,14 @@ impl fmt::Display for Prediction {
 /// Letters of a reason, in all its words and units.
 const LETTERS: usize = 4;
 
-/// Whether `text` is more than a word or a few letters.
+/// Returns whether `text` is more than a word or a few letters.
 fn is_reason(text: &str) -> bool {
     let different: HashSet<String> = words(text).map(str::to_lowercase).collect();
     let letters = text.chars().filter(|c| c.is_alphabetic()).count();
     different.len() > 1 && letters >= LETTERS
 }
 
-/// The words of `text`, without numbers and units. In a script without capitals, such as
+/// Returns the words of `text`, without numbers and units. In a script without capitals, such as
 /// Chinese, which has no spaces either, each letter counts as a word.
 fn words(text: &str) -> impl Iterator<Item = &str> {
     let has_case = |c: char| c.is_lowercase() || c.is_uppercase();
@@ -150,7 +150,7 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
     words.filter(|word| !word.is_empty() && Unit::named(word).is_none())
 }
 
-/// The expected form of a prediction.
+/// Returns the expected form of a prediction.
 fn asked(brief: &Brief) -> String {
     match (&brief.choices[..], &*brief.unit) {
         ([], "") => "a number".to_owned(),
@@ -159,21 +159,22 @@ fn asked(brief: &Brief) -> String {
     }
 }
 
-/// The expected form with a reason, and an example.
+/// Returns the expected form with a reason, and an example.
 fn expected(brief: &Brief) -> String {
     let example = brief.choices.first().map_or("N", String::as_str);
     format!("{} and a reason, as in {example} because …", asked(brief))
 }
 
-/// The number at the start of `text`, and the rest.
+/// Returns the number at the start of `text`, and the rest.
 fn split_number(text: &str) -> Option<(f64, &str)> {
     let unsigned = text.strip_prefix(['-', '+']).unwrap_or(text);
     let digits = |text: &str| text.bytes().take_while(u8::is_ascii_digit).count();
     let mut end = text.len() - unsigned.len() + digits(unsigned);
     // A point, a comma or an exponent is part of the number if a digit follows.
     for (signs, marks) in [(&[][..], &['.', ','][..]), (&['-', '+'], &['e', 'E'])] {
-        let fraction = text[end..].strip_prefix(marks);
-        let fraction = fraction.map(|rest| rest.strip_prefix(signs).unwrap_or(rest));
+        let fraction = text[end..]
+            .strip_prefix(marks)
+            .map(|rest| rest.strip_prefix(signs).unwrap_or(rest));
         if let Some(rest) = fraction.filter(|rest| digits(rest) > 0) {
             end = text.len() - rest.len() + digits(rest);
         }
@@ -182,7 +183,7 @@ fn split_number(text: &str) -> Option<(f64, &str)> {
     Some((number.replace(',', ".").parse().ok()?, rest))
 }
 
-/// `number` in the unit of the question, and the rest after its unit.
+/// Returns `number` in the unit of the question, and the rest after its unit.
 fn convert<'t>(
     number: f64,
     rest: &'t str,
@@ -201,23 +202,23 @@ fn convert<'t>(
         Some(number) => Ok((number, after)),
         // Letters directly after a number must be its unit.
         None if unit.is_some() || rest.starts_with(|c: char| c.is_ascii_alphabetic()) => {
-            let word = word.to_owned();
-            Err(PredictionError::Unit(word, self::asked(brief)))
+            Err(PredictionError::Unit(word.to_owned(), self::asked(brief)))
         }
         None => Ok((number, rest)),
     }
 }
 
-/// Whether a second number follows the first, as in `5-10` or `5 10`.
+/// Returns whether a second number follows the first, as in `5-10` or `5 10`.
 fn goes_on_with_a_number(rest: &str) -> bool {
     let gap = rest.trim_start();
     let joined = gap.strip_prefix(['-', '–', '/']).map(str::trim_start);
-    let next = joined.or_else(|| rest.strip_prefix(['.', ',']));
-    let next = next.unwrap_or(gap);
+    let next = joined
+        .or_else(|| rest.strip_prefix(['.', ',']))
+        .unwrap_or(gap);
     next.starts_with(|c: char| c.is_ascii_digit())
 }
 
-/// A reason without the separator and the `because` before it.
+/// Returns a reason without the separator and the `because` before it.
 fn without_because(reason: &str) -> &str {
     const BECAUSE: &str = "because";
     let reason = reason.trim_start_matches([' ', ',', ':', ';', '.', '-', '–', '—']);
@@ -237,7 +238,7 @@ pub enum PredictionError {
     #[error("{0:?}: expected {1}")]
     NoNumber(String, String),
     /// A number that is infinite or NaN.
-    #[error("{0} is no finite number")]
+    #[error("{0} is not a finite number")]
     NotFinite(f64),
     /// A unit of another quantity.
     #[error("{0:?} is not a unit here: expected {1}")]
@@ -253,7 +254,7 @@ pub enum PredictionError {
     /// A number or a choice without a reason.
     #[error("{0} is without a reason: add one, as in {0} because …")]
     NoReason(String),
-    /// A number or a choice with a word that is no reason.
+    /// A number or a choice with a word that is not a reason.
     #[error("{0:?} is too short for a reason: say why in a few words, as in {1} because …")]
     ShortReason(String, String),
 }

@@ -18,7 +18,7 @@ use ratelab_study::{
 
 use super::{Failure, Measurement, mean_ms};
 
-/// The cart-pole.
+/// Returns the cart-pole.
 pub(crate) fn cart_pole() -> Arc<CartPole> {
     Arc::default()
 }
@@ -31,7 +31,7 @@ pub(crate) fn own_world(setup: &str) -> Result<Config, Failure> {
     })
 }
 
-/// The loop of the scripted policy at 50 Hz in that world, for theory.
+/// Returns the loop of the scripted policy at 50 Hz in that world, for theory.
 pub(crate) fn control_loop() -> Result<Loop, Failure> {
     let timing = Timing::direct(Hz::new(CONTROL_HZ)?);
     let model = WorldModel::Continuous;
@@ -49,19 +49,21 @@ pub(crate) fn record(config: &Config) -> Result<RecordedRun, Failure> {
     let experiment = Experiment::new(cart_pole(), config)?;
     // Enough capacity for all steps, so that the run never waits.
     let room = (config.end.as_secs_f64() * CONTROL_HZ) as usize + 2;
-    let tap = experiment.taps().messages(STATE, room);
-    let tap = tap.ok_or_else(|| Failure::Unmeasured(format!("{STATE} is not recorded")))?;
+    let tap = experiment
+        .taps()
+        .messages(STATE, room)
+        .ok_or_else(|| Failure::Unmeasured(format!("{STATE} is not recorded")))?;
     let summary = experiment.run()?;
     let steps = tap.items().iter().map(|step| step.message).collect();
     Ok(RecordedRun { summary, steps })
 }
 
-/// The angle of the pole from upright after `step` (degrees).
+/// Returns the angle of the pole from upright after `step` (degrees).
 pub(crate) fn angle_deg(step: &Message<ControlStep>) -> f64 {
     step.data.qpos[1].abs().to_degrees()
 }
 
-/// The widest angle of the pole in `steps` (degrees).
+/// Returns the widest angle of the pole in `steps` (degrees).
 pub(crate) fn widest_deg<'s>(steps: impl IntoIterator<Item = &'s Message<ControlStep>>) -> f64 {
     steps.into_iter().map(angle_deg).fold(0.0, f64::max)
 }
@@ -75,18 +77,18 @@ pub(crate) struct KnobRuns {
 }
 
 impl KnobRuns {
-    /// The value, if it is a number.
+    /// Returns the value, if it is a number.
     pub(crate) fn number(&self) -> f64 {
         self.value.parse().unwrap_or(f64::NAN)
     }
 
-    /// Number of runs with the pole up at the end.
+    /// Returns the number of runs with the pole up at the end.
     pub(crate) fn up(&self) -> usize {
         let up = self.runs.iter().filter(|run| !run.verdict.is_lost());
         up.count()
     }
 
-    /// Whether the pole was up at the end of all runs.
+    /// Returns whether the pole was up at the end of all runs.
     pub(crate) fn all_up(&self) -> bool {
         self.up() == self.runs.len()
     }
@@ -96,7 +98,7 @@ impl KnobRuns {
         format!("{} of {}", self.up(), self.runs.len())
     }
 
-    /// The mean push age of the last second (ms), over all runs; NaN without one.
+    /// Returns the mean push age of the last second (ms), over all runs; NaN without one.
     pub(crate) fn push_age_ms(&self) -> f64 {
         let ages = self.runs.iter().filter_map(|run| run.push_age);
         let ages: Vec<f64> = ages.map(|age| mean_ms(Some(age.late_s))).collect();
@@ -108,7 +110,7 @@ impl KnobRuns {
         format!("{:.1} ms", self.push_age_ms())
     }
 
-    /// The starts of `subject` that stayed up, as a figure.
+    /// Returns the starts of `subject` that stayed up, as a figure.
     pub(crate) fn balanced(&self, subject: impl fmt::Display) -> Measurement {
         Measurement::new(format!("{subject}: starts balanced"), self.up() as f64)
     }
@@ -121,15 +123,15 @@ pub(crate) fn survey<T: ToString, const VALUES: usize>(
     values: [T; VALUES],
     starts: u64,
 ) -> Result<[KnobRuns; VALUES], Failure> {
-    let values = values.map(|value| value.to_string());
+    let texts = values.map(|value| value.to_string());
     let sweep = Sweep {
-        axes: vec![SweepAxis::of(CartPole::KNOBS, knob, values.clone())?],
+        axes: vec![SweepAxis::of(CartPole::KNOBS, knob, texts.clone())?],
         seeds: (0..starts).collect(),
         ..Sweep::of(cart_pole(), base)
     };
     let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()))?;
     let mut runs = swept.finished().map(|(_, run)| run.clone());
-    Ok(values.map(|value| KnobRuns {
+    Ok(texts.map(|value| KnobRuns {
         value,
         runs: runs.by_ref().take(starts as usize).collect(),
     }))

@@ -37,8 +37,8 @@ const SIGN: &str = "◀ you";
 pub type Column<'c, T> = (&'c str, &'c dyn Fn(&T) -> String);
 
 impl Table {
-    /// A table with a row for each of `items`.
-    pub fn of<T>(items: &[T], columns: &[Column<'_, T>]) -> Self {
+    /// Creates a table with a row for each of `items`.
+    pub fn from_items<T>(items: &[T], columns: &[Column<'_, T>]) -> Self {
         let row = |item| columns.iter().map(|(_, cell)| cell(item)).collect();
         Self {
             headers: columns.iter().map(|(head, _)| (*head).to_owned()).collect(),
@@ -46,7 +46,7 @@ impl Table {
         }
     }
 
-    /// The table as text, with a predicted `number` at its `place`.
+    /// Returns the table as text, with a predicted `number` at its `place`.
     pub(super) fn with(&self, place: PredictionPlace, number: f64, brief: &Brief) -> String {
         let predicted = brief.in_unit(number);
         let mut table = self.clone();
@@ -80,7 +80,7 @@ impl Table {
         lines.join("\n") + "\n"
     }
 
-    /// The table with a `number` beside the row that begins with it, or between two rows.
+    /// Returns the table with a `number` beside the row that begins with it, or between two rows.
     fn between(&self, number: f64, predicted: &str) -> String {
         let mut lines = self.lines();
         let values = self.rows.iter().map(|row| {
@@ -103,7 +103,7 @@ impl Table {
         lines.join("\n") + "\n"
     }
 
-    /// The widths of the columns.
+    /// Returns the widths of the columns.
     fn widths(&self) -> Vec<usize> {
         let width = |column: usize| {
             let lines = std::iter::once(&self.headers).chain(&self.rows);
@@ -113,7 +113,7 @@ impl Table {
         (0..self.headers.len()).map(width).collect()
     }
 
-    /// The headers and the rows, in a line each.
+    /// Returns the headers and the rows, in a line each.
     fn lines(&self) -> Vec<String> {
         let widths = self.widths();
         let line = |cells: &Vec<String>| {

@@ -46,7 +46,7 @@ const UNITS: [(&str, UnitQuantity, (f64, f64)); 9] = [
 const OTHERS: &str = "m cm mm km kg g deg degrees rad % percent ° rpm fps steps";
 
 impl Unit {
-    /// The unit called `name`, in letters of any case; without a name that of a count.
+    /// Finds the unit called `name`, in letters of any case; an empty name is a count.
     pub(super) fn named(name: &str) -> Option<Self> {
         let name = name.to_lowercase();
         let mut units = UNITS.into_iter();
@@ -64,7 +64,7 @@ impl Unit {
     }
 }
 
-/// `number` with its `unit`, if it has one.
+/// Returns `number` with its `unit`, which may be empty.
 pub(super) fn in_unit(number: f64, unit: &str) -> String {
     let unit = match unit {
         "messages" if number == 1.0 => "message",

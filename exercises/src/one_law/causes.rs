@@ -57,7 +57,7 @@ impl AgeCause {
         Self::Thinking,
     ];
 
-    /// Its name.
+    /// Returns its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rate => "rate",
@@ -86,7 +86,7 @@ impl AgeCause {
         }
     }
 
-    /// Run number `run` drawn from the learner's number `seed`.
+    /// Returns the run number `run` drawn from the learner's number `seed`.
     fn config(self, seed: u64, run: u64) -> Result<Config, Failure> {
         let chance = &mut SplitMix::new(seed, self as u64, run);
         let knobs = self.knobs(chance);
@@ -102,7 +102,7 @@ impl AgeCause {
         Ok(CellResult::from(&experiment.run()?))
     }
 
-    /// All its runs by age, drawn from the learner's number `seed`.
+    /// Returns all its runs by age, drawn from the learner's number `seed`.
     ///
     /// They take seconds, and two questions need the same: the first result is kept, and who asks
     /// for it meanwhile waits.

@@ -11,7 +11,7 @@ const DELAYS: [u32; 11] = [0, 10, 20, 30, 40, 50, 60, 70, 80, 90, 100];
 /// Starts for each delay.
 const STARTS: u64 = 6;
 
-/// The first question.
+/// Returns the first question.
 pub(crate) fn at_50_hz() -> Result<Findings, Failure> {
     at(
         50.0,
@@ -20,7 +20,7 @@ pub(crate) fn at_50_hz() -> Result<Findings, Failure> {
     )
 }
 
-/// The second question.
+/// Returns the second question.
 pub(crate) fn at_25_hz() -> Result<Findings, Failure> {
     at(
         25.0,
@@ -54,7 +54,7 @@ fn at(hz: f64, meaning: &str) -> Result<Findings, Failure> {
 }
 
 fn table(delays: &[KnobRuns]) -> Table {
-    Table::of(
+    Table::from_items(
         delays,
         &[
             ("delay", &|delay| format!("{} ms", delay.value)),
@@ -65,7 +65,7 @@ fn table(delays: &[KnobRuns]) -> Table {
 }
 
 fn measurements(delay: &KnobRuns) -> [Measurement; 2] {
-    Measurement::of(
+    Measurement::list(
         format_args!("{} ms", delay.value),
         [
             ("starts balanced", delay.up() as f64),

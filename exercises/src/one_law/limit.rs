@@ -14,12 +14,12 @@ struct OfCause {
 }
 
 impl OfCause {
-    fn of(cause: AgeCause, seed: u64) -> Result<Self, Failure> {
+    fn measure(cause: AgeCause, seed: u64) -> Result<Self, Failure> {
         let runs = cause.by_age(seed)?;
         Ok(Self { cause, runs })
     }
 
-    /// The age that has the fewest of its runs on the wrong side (ms).
+    /// Returns the age that has the fewest of its runs on the wrong side (ms).
     fn limit_ms(&self) -> f64 {
         self.runs.split().map_or(f64::NAN, |split| split.at_s * 1e3)
     }
@@ -28,7 +28,7 @@ impl OfCause {
         self.runs.misjudged_at(limit_ms / 1e3)
     }
 
-    /// How many of its runs with ages in this range stayed up, such as `3 of 17`.
+    /// Returns how many of its runs with ages in this range stayed up, such as `3 of 17`.
     fn up(&self, from_ms: f64, to_ms: f64) -> String {
         let inside = |age: f64| (from_ms..to_ms).contains(&(age * 1e3));
         let runs = self.runs.runs().filter(|(age, _)| inside(*age));
@@ -38,7 +38,7 @@ impl OfCause {
     }
 
     fn measurements(&self, limit_ms: f64) -> [Measurement; 2] {
-        Measurement::of(
+        Measurement::list(
             self.cause.name(),
             [
                 ("limit of its own (ms)", self.limit_ms()),
@@ -50,21 +50,22 @@ impl OfCause {
 
 fn lawful(seed: u64) -> Result<Vec<OfCause>, Failure> {
     let causes = AgeCause::LAWFUL.into_iter();
-    causes.map(|cause| OfCause::of(cause, seed)).collect()
+    causes.map(|cause| OfCause::measure(cause, seed)).collect()
 }
 
-/// The age that has the fewest of all runs on the wrong side (ms).
+/// Returns the age that has the fewest of all runs on the wrong side (ms).
 fn limit_ms(causes: &[OfCause]) -> Result<f64, Failure> {
     let all: ByAge = causes.iter().flat_map(|of| of.runs.runs()).collect();
-    let split = all.split();
-    let split = split.ok_or_else(|| Failure::Unmeasured("all runs ended alike".to_owned()))?;
+    let split = all
+        .split()
+        .ok_or_else(|| Failure::Unmeasured("all runs ended alike".to_owned()))?;
     Ok(split.at_s * 1e3)
 }
 
-/// A row for each of `causes`.
+/// Returns a row for each of `causes`.
 fn table(causes: &[OfCause], limit_ms: f64) -> Table {
     let wrong = |of: &OfCause| format!("{} of {}", of.wrong(limit_ms), of.runs.len());
-    Table::of(
+    Table::from_items(
         causes,
         &[
             ("cause", &|of| of.cause.name().to_owned()),
@@ -78,7 +79,7 @@ fn table(causes: &[OfCause], limit_ms: f64) -> Table {
     )
 }
 
-/// The third question: one number for five causes.
+/// Returns the third question: one number for five causes.
 pub(crate) fn law(seed: u64) -> Result<Findings, Failure> {
     let causes = lawful(seed)?;
     let limit = limit_ms(&causes)?;
@@ -105,11 +106,11 @@ pub(crate) fn law(seed: u64) -> Result<Findings, Failure> {
     })
 }
 
-/// The fourth question: the cause that breaks the law.
+/// Returns the fourth question: the cause that breaks the law.
 pub(crate) fn jitter(seed: u64) -> Result<Findings, Failure> {
     let mut causes = lawful(seed)?;
     let limit = limit_ms(&causes)?;
-    let jitter = OfCause::of(AgeCause::Jitter, seed)?;
+    let jitter = OfCause::measure(AgeCause::Jitter, seed)?;
     let constant = asked(&causes, |of| of.cause == AgeCause::Delay)?.limit_ms();
     let own = jitter.limit_ms();
     let earlier = constant - own;

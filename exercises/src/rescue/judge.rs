@@ -59,7 +59,7 @@ pub struct Rescued {
     pub safe: Time,
 }
 
-/// The reason why a session is no rescue.
+/// Why a session is not a rescue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RescueFailure {
     /// The policy was not slow enough.
@@ -120,8 +120,9 @@ struct SlowPhase {
 fn slow_phases(session: &RescueSession<'_>) -> Vec<SlowPhase> {
     let mut slow_phases: Vec<SlowPhase> = Vec::new();
     for (at, hz) in control_rates(session.control_hz, session.events) {
-        let open = slow_phases.last_mut();
-        let open = open.filter(|slow_phase| slow_phase.until.is_none());
+        let open = slow_phases
+            .last_mut()
+            .filter(|slow_phase| slow_phase.until.is_none());
         match (open, hz.get() <= BROKEN_HZ) {
             (None, true) => slow_phases.push(SlowPhase {
                 from: at,
@@ -134,8 +135,8 @@ fn slow_phases(session: &RescueSession<'_>) -> Vec<SlowPhase> {
     slow_phases
 }
 
-/// The rates of the policy, each with the run time from which it is in force: `first`, and those
-/// that `events` brought.
+/// Returns the rates of the policy, each with the run time from which it is in force: `first`, and
+/// the rates that `events` brought.
 pub(super) fn control_rates(first: Hz, events: &[Event]) -> impl Iterator<Item = (Time, Hz)> {
     let turned = events.iter().filter_map(Event::knob);
     let changes = turned.filter_map(|timed| match timed.knob {
@@ -170,8 +171,10 @@ impl<'a> Attempt<'a> {
     fn judge(&self) -> Result<Rescued, RescueFailure> {
         let worst_deg = widest_deg(self.steps);
         let danger = self.danger().ok_or(RescueFailure::Danger { worst_deg })?;
-        let back = self.slow_phase.until;
-        let back = back.ok_or(self.fell_or(RescueFailure::Return))?;
+        let back = self
+            .slow_phase
+            .until
+            .ok_or(self.fell_or(RescueFailure::Return))?;
         let then = self.from(back);
         let is_back = then.first().is_none_or(is_safe);
         if danger < back && is_back {
@@ -191,7 +194,7 @@ impl<'a> Attempt<'a> {
         })
     }
 
-    /// The first transition of the pole from safety into danger.
+    /// Returns the first transition of the pole from safety into danger.
     fn danger(&self) -> Option<Time> {
         let latest = self
             .slow_phase
@@ -202,7 +205,7 @@ impl<'a> Attempt<'a> {
         Some(crossing[1].stamp).filter(|at| *at <= latest)
     }
 
-    /// The steps from the last one before `back` on.
+    /// Returns the steps from the last one before `back` on.
     fn from(&self, back: Time) -> &'a [Message<ControlStep>] {
         let later = self.steps.partition_point(|step| step.stamp < back);
         self.steps
@@ -215,7 +218,7 @@ impl<'a> Attempt<'a> {
         pairs.all(|pair| pair[1].data.step == pair[0].data.step + 1)
     }
 
-    /// The first moment after `from` with the required time out of danger after it.
+    /// Returns the first moment after `from` with the required time out of danger after it.
     fn held_since(&self, from: Time) -> Result<Time, RescueFailure> {
         let mut longest = Duration::ZERO;
         let mut since = from;
@@ -231,14 +234,14 @@ impl<'a> Attempt<'a> {
         Err(self.fell_or(RescueFailure::Calm { held: longest }))
     }
 
-    /// The fall of the pole, or else `failure`.
+    /// Returns the fall of the pole, or else `failure`.
     fn fell_or(&self, failure: RescueFailure) -> RescueFailure {
         let fall = self.fell.map(|at| RescueFailure::Survival { at });
         fall.unwrap_or(failure)
     }
 }
 
-/// Whether the pole is out of danger.
+/// Returns whether the pole is out of danger.
 pub(super) fn is_safe(step: &Message<ControlStep>) -> bool {
     angle_deg(step) <= DANGER_DEG
 }

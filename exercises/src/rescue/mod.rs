@@ -65,8 +65,8 @@ impl Rehearsal {
         self.run.summary.verdict.is_lost()
     }
 
-    /// The pole's angle just before the policy was fast again, and its widest one up to then and
-    /// from then on (degrees); `None` if the pole had fallen before.
+    /// Returns the pole's angle just before the policy was fast again, and its widest one up to
+    /// then and from then on (degrees); `None` if the pole had fallen before.
     fn angles_deg(&self) -> Option<[f64; 3]> {
         let steps = &self.run.steps;
         let later = steps.partition_point(|step| step.stamp.as_secs_f64() < self.slow_s);
@@ -78,7 +78,7 @@ impl Rehearsal {
         ])
     }
 
-    /// What became of the pole, in a few words.
+    /// Returns what became of the pole, in a few words.
     fn outcome(&self) -> &'static str {
         match (&self.judged, self.fell()) {
             (_, true) => "fell",
@@ -103,9 +103,9 @@ impl Rehearsal {
                 .zip(self.angles_deg().into_iter().flatten()),
         );
         let subject = format!("{} s slow", self.slow_s);
-        let figures = figures.into_iter();
         figures
-            .flat_map(|figure| Measurement::of(&subject, [figure]))
+            .into_iter()
+            .flat_map(|figure| Measurement::list(&subject, [figure]))
             .collect()
     }
 }
@@ -115,7 +115,7 @@ fn table(rehearsals: &[Rehearsal]) -> Table {
         let angles = of.angles_deg();
         angles.map_or_else(|| "–".to_owned(), |angles| format!("{:.2}°", angles[place]))
     };
-    Table::of(
+    Table::from_items(
         rehearsals,
         &[
             ("at 5 Hz", &|of| format!("{:.1} s", of.slow_s)),
@@ -128,9 +128,7 @@ fn table(rehearsals: &[Rehearsal]) -> Table {
 }
 
 fn meaning(rehearsals: &[Rehearsal], lost: &Rehearsal) -> String {
-    let rescued = rehearsals.iter().rev().find(|of| of.judged.is_ok());
-    let rescued = rescued.and_then(|of| Some((of, of.angles_deg()?)));
-    let rescued = rescued.map_or_else(String::new, |(of, [then, _, after])| {
+    let rescued = rehearsals.iter().rev().find(|of| of.judged.is_ok()).and_then(|of| Some((of, of.angles_deg()?))).map_or_else(String::new, |(of, [then, _, after])| {
         format!(
             "After {:.1} s at {BROKEN_HZ} Hz the pole was at {then:.1}° when the rate went up; it \
              swung to {after:.1}° and was caught. ",
@@ -140,8 +138,8 @@ fn meaning(rehearsals: &[Rehearsal], lost: &Rehearsal) -> String {
     let itself = rehearsals
         .iter()
         .filter(|of| matches!(of.judged, Err(RescueFailure::Recovered { .. })));
-    let itself: Vec<String> = itself.map(|of| format!("{:.1} s", of.slow_s)).collect();
-    let itself = itself.split_last().map_or_else(String::new, |(last, others)| {
+    let fell_at: Vec<String> = itself.map(|of| format!("{:.1} s", of.slow_s)).collect();
+    let itself = fell_at.split_last().map_or_else(String::new, |(last, others)| {
         format!(
             "After {} and {last} the pole was not in danger when the rate went up: at {BROKEN_HZ} Hz \
              it had come back by itself. ",

@@ -18,9 +18,9 @@ pub const RESCUE: u32 = 5;
 /// The commands of the rescue included with ratelab, `recordings/rescued.rrd`.
 const SHIPPED: &str = include_str!("../../../recordings/rescue.knobs");
 
-/// Whether `recording` is the rescue included with ratelab, or one by the same commands at
-/// nearly the same times: a copy in another file, a part of it and a repetition of it are
-/// all recognized.
+/// Returns whether `recording` is the rescue included with ratelab, or one by the same commands at
+/// nearly the same times: a copy in another file, a part of it and a repetition of it are all
+/// recognized.
 pub fn is_shipped(recording: &Recording) -> bool {
     let shipped = CartPole::KNOBS.parse_list(SHIPPED).unwrap_or_default();
     let commands: Vec<TimedKnob> = recording.events.iter().filter_map(Event::knob).collect();
@@ -36,9 +36,9 @@ const NEAR: Duration = Duration::from_millis(1);
 /// Nor with the same time between two of them, to this precision.
 const STEADY: Duration = Duration::from_micros(1);
 
-/// Whether one list of commands is a copy of the other: the same knobs, at nearly the same
-/// times or all later by the same time. A copy may be cut short. Lists without commands are
-/// the same for everyone.
+/// Returns whether one list of commands is a copy of the other: the same knobs, at nearly the same
+/// times or all later by the same time. A copy may be cut short. Lists without commands are the
+/// same for everyone.
 pub fn alike(one: &[TimedKnob], other: &[TimedKnob]) -> bool {
     let pairs = || one.iter().zip(other);
     let later = |(one, other): (&TimedKnob, &TimedKnob)| {
@@ -63,13 +63,13 @@ fn is_near(one: &TimedKnob, other: &TimedKnob) -> bool {
 /// Judges the session in `file`; returns whether it is a rescue, with a text.
 ///
 /// # Errors
-/// [`ReadError`] if the file is no recording.
+/// [`ReadError`] if the file is not a recording.
 pub fn judge_file(file: &Path) -> Result<(bool, String), ReadError> {
     let recording = Recording::read(file)?;
     Ok(accept(&recording))
 }
 
-/// Whether `recording` is a rescue of the learner's own, with a text.
+/// Returns whether `recording` is a rescue of the learner's own, with a text.
 pub fn accept(recording: &Recording) -> (bool, String) {
     match judge_recording(recording) {
         Ok(rescued) if is_shipped(recording) => (
@@ -84,7 +84,7 @@ pub fn accept(recording: &Recording) -> (bool, String) {
 /// Judges the session in `recording`.
 ///
 /// # Errors
-/// The reason if it is no rescue.
+/// [`RescueFailure`] if it is not a rescue.
 pub fn judge_recording(recording: &Recording) -> Result<Rescued, RescueFailure> {
     let steps: Vec<Message<ControlStep>> = recording.messages(STATE);
     let system = CartPole::default();
@@ -138,7 +138,7 @@ impl RescueTry {
         self.steps.extend(steps);
     }
 
-    /// How far it has come, after `events`; `verdict` is that of a lost run.
+    /// Returns how far it has come, after `events`; `verdict` is that of a lost run.
     pub fn stage(&self, events: &[Event], verdict: Option<Verdict>) -> RescueStage {
         let now = self.steps.last().map_or(Time::ZERO, |step| step.stamp);
         let session = RescueSession {
@@ -165,7 +165,7 @@ impl RescueTry {
         }
     }
 
-    /// Run time at which the pole was last out of the safe range.
+    /// Returns the run time at which the pole was last out of the safe range.
     fn last_danger(&self) -> Time {
         let mut steps = self.steps.iter().rev();
         let last = steps.find(|step| !is_safe(step));
@@ -174,12 +174,12 @@ impl RescueTry {
 }
 
 impl RescueStage {
-    /// Whether there is a result to judge.
+    /// Returns whether there is a result to judge.
     pub fn is_over(self) -> bool {
         matches!(self, Self::Done | Self::Over)
     }
 
-    /// The next step, in a line.
+    /// Returns the next step, in a line.
     pub fn advice(self) -> String {
         match self {
             Self::Begin => format!("rescue: b slows the policy to {BROKEN_HZ} Hz"),

@@ -21,7 +21,7 @@ const RATES: [f64; 6] = [50.0, 25.0, 20.0, 15.0, 10.0, 5.0];
 const ASKED: f64 = 25.0;
 
 pub(crate) fn measure() -> Result<Findings, Failure> {
-    let pairs = Pair::of_rates(&RATES, |nodes, hz, end| {
+    let pairs = Pair::for_rates(&RATES, |nodes, hz, end| {
         accumulating::schedule(nodes, hz.get(), end.as_secs_f64())
     })?;
     let asked = asked(&pairs, |pair| pair.hz.get() == ASKED)?;
@@ -54,11 +54,11 @@ impl TimedRun {
         let experiment = Experiment::new(cart_pole(), config)?;
         let observer = experiment.observer();
         let summary = experiment.run()?;
-        Ok(Self::of(&observer.snapshot(), summary.steps))
+        Ok(Self::new(&observer.snapshot(), summary.steps))
     }
 
-    /// The result of a run with these accounts and plant steps.
-    fn of(run: &Snapshot, steps: u64) -> Self {
+    /// Creates the result of a run with these accounts and plant steps.
+    fn new(run: &Snapshot, steps: u64) -> Self {
         let reader = |topic| run.topic(topic).and_then(|topic| topic.readers.first());
         let age_ms = |topic| mean_ms(reader(topic).and_then(|reader| reader.ages.mean_s()));
         let latency = run.meter(ACTUATOR, SENSE_TO_ACT);
@@ -92,9 +92,9 @@ pub(crate) struct Pair {
 }
 
 impl Pair {
-    /// A pair for each of `rates` (Hz); `schedule` ticks the nodes of the other run, with the
-    /// policy at the rate, up to a run time.
-    pub(crate) fn of_rates(
+    /// Returns a pair for each of `rates` (Hz); `schedule` ticks the nodes of the other run, with
+    /// the policy at the rate, up to a run time.
+    pub(crate) fn for_rates(
         rates: &[f64],
         schedule: impl Fn(&mut Nodes, Hz, Time) -> Result<(), Failure>,
     ) -> Result<Vec<Self>, Failure> {
@@ -135,7 +135,7 @@ fn meaning(pair: &Pair) -> String {
 fn measurements(pair: &Pair) -> impl Iterator<Item = Measurement> {
     let runs = [("periods added", &pair.other), ("exact time", &pair.exact)];
     runs.into_iter().flat_map(|(how, run)| {
-        Measurement::of(
+        Measurement::list(
             format_args!("{}, {how}", pair.hz),
             [
                 ("mean latency (ms)", run.latency_ms),
@@ -146,9 +146,9 @@ fn measurements(pair: &Pair) -> impl Iterator<Item = Measurement> {
     })
 }
 
-/// A row for each rate, with both schedules side by side.
+/// Returns a row for each rate, with both schedules side by side.
 fn table(pairs: &[Pair]) -> Table {
-    Table::of(
+    Table::from_items(
         pairs,
         &[
             ("rate", &|pair| pair.hz.to_string()),

@@ -51,10 +51,10 @@ pub fn run(
     let observer = Observer::of(&graph);
     schedule(&mut nodes)?;
     let steps = plant.at(Time::ZERO).steps();
-    Ok(TimedRun::of(&observer.snapshot(), steps))
+    Ok(TimedRun::new(&observer.snapshot(), steps))
 }
 
-/// The nodes, with their ends of topics from a graph that only measures: it never runs.
+/// Returns the nodes, with their ends of topics from a graph that only measures: it never runs.
 fn wired(plant: &SharedPlant) -> Result<(Graph, Nodes), BuildError> {
     let mut graph = Graph::new();
     let observations = Topic::<Observation>::new(OBS, Depth::ONE);

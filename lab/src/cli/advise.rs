@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::{GraphArgs, heading, sweep::threads};
 
-/// Options of advice: those of a run.
+/// The options of advice, as of a run.
 #[derive(Debug, Args)]
 pub struct AdviseArgs {
     /// The graph.

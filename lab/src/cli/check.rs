@@ -14,7 +14,7 @@ pub struct CheckArgs {
     #[command(flatten)]
     pub graph: GraphArgs,
 
-    /// A run for each of these seeds: a list or a range, such as 0..9 [default: that of --seed]
+    /// A run for each of these seeds: a list or a range, such as 0..9 [default: --seed]
     #[arg(long, value_name = "LIST", conflicts_with = "seed", allow_hyphen_values = true, help_heading = heading::GRAPH)]
     pub seeds: Option<Axis<u64>>,
 

@@ -4,7 +4,7 @@ use std::{path::PathBuf, str::FromStr};
 
 use clap::Args;
 
-use super::heading;
+use super::{heading, value_error::ValueError};
 
 /// The choice of an exercise, and the prediction.
 #[derive(Debug, Args)]
@@ -59,23 +59,23 @@ pub enum Wanted {
 pub struct Label(pub String);
 
 impl FromStr for Wanted {
-    type Err = String;
+    type Err = ValueError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, ValueError> {
         match text {
             "check" => Ok(Self::Check),
-            _ => {
-                let label = text.parse().map(Self::Exercise);
-                label.map_err(|why: String| format!("{why}, or check"))
-            }
+            _ => text
+                .parse()
+                .map(Self::Exercise)
+                .map_err(|_: ValueError| ValueError::ExerciseOrCheck(exercises::labels())),
         }
     }
 }
 
 impl FromStr for Label {
-    type Err = String;
+    type Err = ValueError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, ValueError> {
         let label = text.to_lowercase();
         let number = label.trim_end_matches(|c: char| c.is_ascii_lowercase());
         let letters = label.len() - number.len();
@@ -84,7 +84,7 @@ impl FromStr for Label {
                 let letter = &label[label.len() - letters..];
                 Ok(Self(format!("{number}{letter}")))
             }
-            _ => Err(format!("expected one of {}", exercises::labels())),
+            _ => Err(ValueError::Exercise(exercises::labels())),
         }
     }
 }

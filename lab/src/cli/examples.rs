@@ -10,11 +10,14 @@ pub const EXAMPLES: &str = "Examples:\n";
 /// The examples of all commands.
 const OF_COMMANDS: &str = include_str!("examples.txt");
 
-/// The lines of the command called `name`; empty for the program itself.
-fn of_command(name: &str) -> impl Iterator<Item = &'static str> {
+/// Returns the lines of the command called `name`; empty for the program itself.
+fn lines_for(name: &str) -> impl Iterator<Item = &'static str> {
     let heading = format!("[{name}]");
-    let lines = OF_COMMANDS.lines().skip_while(move |line| *line != heading);
-    let lines = lines.skip(1).take_while(|line| !line.starts_with('['));
+    let lines = OF_COMMANDS
+        .lines()
+        .skip_while(move |line| *line != heading)
+        .skip(1)
+        .take_while(|line| !line.starts_with('['));
     lines.filter(|line| !line.is_empty())
 }
 
@@ -27,7 +30,7 @@ pub fn add(command: Command) -> Command {
         let mut options = command.get_arguments().filter_map(|arg| arg.get_long());
         option == "help" || options.any(|known| known == option)
     };
-    let lines = of_command(name).filter(|line| {
+    let lines = lines_for(name).filter(|line| {
         let mut words = line.split_whitespace();
         words.all(|word| word.strip_prefix("--").is_none_or(known))
     });

@@ -28,7 +28,7 @@ pub struct GraphArgs {
     #[arg(long, value_name = "KNOB", help = knob_help())]
     pub knob: Vec<String>,
 
-    /// Turn knobs on the way: a file with lines such as "2.5 rate NODE 10"; the
+    /// Turn knobs during the run: a file with lines such as "2.5 rate NODE 10"; the
     /// names of options are knobs, too.
     #[arg(long, value_name = "FILE")]
     pub knobs: Option<PathBuf>,
@@ -61,7 +61,7 @@ pub struct GraphArgs {
     pub realtime: bool,
 }
 
-/// The help of a knob before the run: every kind of it.
+/// Returns the help of a knob before the run: every kind of it.
 fn knob_help() -> String {
     let usages = KnobKind::ALL.map(|kind| format!("\"{}\"", kind.usage()));
     let usages = alternatives(&usages);

@@ -30,7 +30,7 @@ const NODE: &str = "node";
 /// Name of the option that changes the file.
 const WITH: &str = "with";
 
-/// The graph file in `args`, if there is one, its changes, and the other arguments.
+/// Returns the graph file in `args` if any, its changes, and the other arguments.
 pub fn take(
     args: impl IntoIterator<Item = OsString>,
 ) -> (Option<PathBuf>, Vec<String>, Vec<OsString>) {
@@ -48,20 +48,25 @@ pub fn take(
     };
     let file = Some(args.remove(place).into());
     let (mut with, mut others) = (Vec::new(), Vec::new());
-    let mut args = args.into_iter();
-    while let Some(arg) = args.next() {
+    let mut words = args.into_iter();
+    while let Some(arg) = words.next() {
         let text = arg.to_string_lossy();
         match text.strip_prefix("--with") {
-            Some("") => with.extend(args.next()),
+            Some("") => with.extend(words.next()),
             Some(change) if change.starts_with('=') => with.push(change[1..].into()),
             _ => others.push(arg),
         }
     }
-    let with = with.iter().map(|with| with.to_string_lossy().into_owned());
-    (file, with.collect(), others)
+    (
+        file,
+        with.iter()
+            .map(|with| with.to_string_lossy().into_owned())
+            .collect(),
+        others,
+    )
 }
 
-/// Whether `arg` names a graph file.
+/// Returns whether `arg` names a graph file.
 pub fn is_graph_file(arg: &OsStr) -> bool {
     Path::new(arg).extension() == Some(OsStr::new(ENDING))
         && !arg.to_string_lossy().starts_with('-')
@@ -128,7 +133,7 @@ fn misplaced(text: &str) -> Result<PathBuf, GraphFilePlace> {
     })
 }
 
-/// The path of a recording, which is not that of a graph file.
+/// Returns the path of a recording, which is not that of a graph file.
 ///
 /// # Errors
 /// The place of the graph file.
@@ -139,7 +144,7 @@ pub fn recording(path: PathBuf) -> Result<PathBuf, GraphFilePlace> {
     Ok(path)
 }
 
-/// The name of a node, which is not a graph file.
+/// Returns the name of a node, which is not a graph file.
 ///
 /// # Errors
 /// The place of the graph file.
@@ -169,7 +174,7 @@ pub struct NewArgs {
     pub schema: bool,
 }
 
-/// The kinds of programs for policies.
+/// Returns the kinds of programs for policies.
 fn program_kind() -> impl TypedValueParser<Value = ProgramKind> {
     PossibleValuesParser::new(ProgramKind::NAMES).try_map(|kind| kind.parse::<ProgramKind>())
 }

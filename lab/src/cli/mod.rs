@@ -14,6 +14,7 @@ mod run;
 mod sweep;
 mod system;
 mod timing;
+mod value_error;
 mod values;
 
 use std::{ffi::OsString, path::PathBuf};
@@ -72,9 +73,9 @@ pub enum Command {
     Run(PlainRunArgs),
     /// Run many rates, depths and seeds on all cores; count the successful runs.
     Sweep(SweepArgs),
-    /// Run what could make the data younger, and rank it by what it did.
+    /// Try changes that could make the data younger, and rank them by their effect.
     Advise(AdviseArgs),
-    /// Find the least that has to go wrong for a run to be lost.
+    /// Find the smallest set of faults that makes a run fail.
     Hunt(HuntArgs),
     /// Compare a graph with the limits in its file, for tests: exit code 1 if one is missed.
     Check(CheckArgs),
@@ -180,13 +181,13 @@ fn refuse_dash(command: &clap::Command, matches: &ArgMatches) -> Result<(), clap
     Err(command.clone().error(ErrorKind::InvalidValue, text))
 }
 
-/// Whether the value of `arg` is the path of a file or folder.
+/// Returns whether the value of `arg` is the path of a file or folder.
 fn is_of_a_file(arg: &Arg) -> bool {
     use ValueHint::{AnyPath, DirPath, FilePath};
     matches!(arg.get_value_hint(), AnyPath | DirPath | FilePath)
 }
 
-/// The definition of the command line of `program`.
+/// Returns the definition of the command line of `program`.
 pub fn command(program: &Program) -> clap::Command {
     let about = if program.course {
         "See why robot software is a graph of nodes at fixed rates: a MuJoCo cart-pole, balanced \
@@ -204,7 +205,7 @@ pub fn command(program: &Program) -> clap::Command {
         command = CourseCommand::augment_subcommands(command);
     }
     let name = program::name();
-    let command = command
+    let described = command
         .override_usage(format!(
             "{name} [GRAPH.toml] [OPTIONS]\n       {name} <COMMAND>"
         ))
@@ -218,7 +219,7 @@ pub fn command(program: &Program) -> clap::Command {
         "sweep" => system::with_axes(command, program),
         _ => command,
     };
-    let command = without_effectless(system::with_run_options(command, program), program);
+    let command = without_effectless(system::with_run_options(described, program), program);
     let mut places = (1..).map(|place| 2 * place);
     examples::add(command.mut_subcommands(|command| {
         let place = match command.get_name() {
@@ -231,8 +232,8 @@ pub fn command(program: &Program) -> clap::Command {
     }))
 }
 
-/// Takes the options out of the help that are without effect for the system of `program`: those of
-/// the world where there is no plant, and that of limits outside of the course, which hides them.
+/// Hides the options that have no effect for the system of `program`: the world's options
+/// without a plant, and `--limits` outside of the course, which hides limits.
 fn without_effectless(command: clap::Command, program: &Program) -> clap::Command {
     let of_world = ["world", "world_step_ms"];
     let has_plant = plant(&*program.system).is_some();

@@ -87,7 +87,7 @@ pub struct RosArgs {
 }
 
 impl RosArgs {
-    /// The domain, with --ros.
+    /// Returns the domain, with --ros.
     #[cfg(feature = "network")]
     pub fn domain(&self) -> Option<u32> {
         self.ros.then(|| self.domain.unwrap_or_default())
@@ -116,12 +116,12 @@ pub struct NetworkArgs {
     #[arg(long, value_name = "FILE")]
     pub zenoh_config: Option<PathBuf>,
 
-    /// Longest wait for a connection, in seconds [default: for as long as it takes]
+    /// Longest wait for a connection, in seconds [default: no limit]
     #[arg(long, value_name = "S", value_parser = values::wait, allow_hyphen_values = true)]
     pub wait_s: Option<Duration>,
 }
 
-/// The help of `command` where it runs a graph in several processes: without the options of
+/// Returns the help of `command` where it runs a graph in several processes: without the options of
 /// one process, and with the watchdog that is the default there.
 pub fn describe(command: Command, program: &Program) -> Command {
     if !matches!(command.get_name(), "up" | "node") {

@@ -42,7 +42,7 @@ pub struct VerifyArgs {
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<PathBuf>,
 
-    /// Have threads pause at random: a run of the real clock comes back all the same.
+    /// Pause threads at random: a run of the real clock gives the same result.
     #[arg(long)]
     pub perturb: bool,
 
@@ -96,7 +96,7 @@ pub struct BranchArgs {
     #[arg(long, value_name = "KNOB", required = true)]
     pub knob: Vec<String>,
 
-    /// End of the branch in run time (s) [default: that of the recorded run].
+    /// End of the branch in run time (s) [default: the end of the recorded run].
     #[arg(long, value_name = "S", value_parser = duration)]
     pub duration_s: Option<Time>,
 

@@ -55,7 +55,7 @@ pub struct PlainRunArgs {
     pub phases: Option<usize>,
 }
 
-/// The arguments of the lab: those of a run and of the display.
+/// The arguments of the lab: of a run and of the display.
 #[derive(Debug, Args)]
 pub struct LabArgs {
     /// The runs.
@@ -75,8 +75,7 @@ pub struct LabArgs {
     #[arg(long, value_name = "FILE", help_heading = heading::NETWORK, requires = "attach")]
     pub zenoh_config: Option<PathBuf>,
 
-    /// Longest wait for a connection of --attach, in seconds [default: for as long as it
-    /// takes]
+    /// Longest wait for a connection of --attach, in seconds [default: no limit]
     #[arg(long, value_name = "S", value_parser = values::wait, allow_hyphen_values = true, help_heading = heading::NETWORK, requires = "attach")]
     pub wait_s: Option<Duration>,
 }
@@ -100,7 +99,7 @@ const NO_RUN: [&str; 11] = [
 #[derive(Debug, Args)]
 #[command(next_help_heading = heading::SCREEN)]
 pub struct ScreenArgs {
-    /// Frames per second at the most (1 to 120).
+    /// Maximum frames per second (1 to 120).
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = values::fps, allow_hyphen_values = true)]
     pub fps: u32,
 

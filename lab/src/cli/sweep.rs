@@ -10,6 +10,7 @@ use super::{
     heading,
     system::SystemArgs,
     timing::TimingArgs,
+    value_error::ValueError,
     values::{duration, phases, within},
 };
 
@@ -100,9 +101,9 @@ pub enum ByArg {
 }
 
 /// The maximum number of threads.
-const MOST_THREADS: NonZeroUsize = NonZeroUsize::new(1_024).expect("it is not zero");
+const MAX_THREADS: NonZeroUsize = NonZeroUsize::new(1_024).expect("it is not zero");
 
-/// A number of threads.
-pub fn threads(text: &str) -> Result<NonZeroUsize, String> {
-    within(text, "threads", NonZeroUsize::MIN..=MOST_THREADS)
+/// Returns a number of threads.
+pub fn threads(text: &str) -> Result<NonZeroUsize, ValueError> {
+    within(text, "threads", NonZeroUsize::MIN..=MAX_THREADS)
 }

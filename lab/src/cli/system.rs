@@ -30,7 +30,7 @@ const BREAK: &str = "break";
 /// Name of the option that adds linear theory.
 const THEORY: &str = "theory";
 
-/// Adds the system's options in front of those of `command`: a value for each alias.
+/// Adds the system's options before the options of `command`: a value for each alias.
 pub fn with_run_options(command: Command, program: &Program) -> Command {
     let mut options = Vec::new();
     for alias in program.system.aliases() {
@@ -47,7 +47,7 @@ pub fn with_run_options(command: Command, program: &Program) -> Command {
             kind => kind.value_name().to_owned(),
         };
         let read = move |text: &str| alias.set(text).map(|knobs| (alias.name, knobs));
-        let option = option((alias, program), &help, alias.default).value_name(name);
+        let option = option(alias, program, &help, alias.default).value_name(name);
         options.push(option.value_parser(read));
     }
     if let Some(knob) = program.system.about().broken {
@@ -62,7 +62,7 @@ pub fn with_run_options(command: Command, program: &Program) -> Command {
     in_front(options, command)
 }
 
-/// Adds the system's options in front of those of `command`: a list for each alias.
+/// Adds the system's options before the options of `command`: a list for each alias.
 pub fn with_axes(command: Command, program: &Program) -> Command {
     let knobs = program.knobs();
     let aliases = program.system.aliases().iter().enumerate();
@@ -79,7 +79,7 @@ pub fn with_axes(command: Command, program: &Program) -> Command {
             (0, KnobKind::Rate) => DEFAULT_RATES,
             _ => alias.default,
         };
-        let option = option((alias, program), &help, default).value_name("LIST");
+        let option = option(alias, program, &help, default).value_name("LIST");
         let action = match alias.kind() {
             KnobKind::Send => ArgAction::Append,
             _ => ArgAction::Set,
@@ -96,24 +96,27 @@ pub fn with_axes(command: Command, program: &Program) -> Command {
     command.arg(theory.display_order(0))
 }
 
-fn option((alias, program): (&'static Alias, &Program), help: &str, default: &str) -> Arg {
+fn option(alias: &'static Alias, program: &Program, help: &str, default: &str) -> Arg {
     let option = Arg::new(alias.name)
         .long(alias.name)
         .help(format!("{help} [default: {default}]"))
-        .help_heading(match alias.kind().is_time() {
-            true => heading::TIME,
-            false => heading::GRAPH,
+        .help_heading(if alias.kind().is_time() {
+            heading::TIME
+        } else {
+            heading::GRAPH
         });
     let underscored = alias.name.replace('-', "_");
-    let option = option.aliases(Some(underscored).filter(|name| name != alias.name));
+    let with_aliases = option.aliases(Some(underscored).filter(|name| name != alias.name));
     match alias.kind() {
-        KnobKind::Send if takes_files(alias, program) => option.value_hint(ValueHint::FilePath),
-        KnobKind::Send => option,
-        _ => option.allow_hyphen_values(true),
+        KnobKind::Send if takes_files(alias, program) => {
+            with_aliases.value_hint(ValueHint::FilePath)
+        }
+        KnobKind::Send => with_aliases,
+        _ => with_aliases.allow_hyphen_values(true),
     }
 }
 
-/// Whether the messages of `alias` may name a file.
+/// Returns whether the messages of `alias` may name a file.
 fn takes_files(alias: &Alias, program: &Program) -> bool {
     let mut nodes = alias.knobs.iter().map(|(_, node)| node);
     nodes.any(|node| program.system.file(node, "file").is_some())
@@ -124,15 +127,20 @@ fn flag(name: &'static str, help: String) -> Arg {
     flag.action(ArgAction::SetTrue).help_heading(heading::GRAPH)
 }
 
-/// Puts `options` in front of those of `command`.
+/// Puts `options` before the options of `command`.
 fn in_front(options: Vec<Arg>, command: Command) -> Command {
     let count = options.len();
-    let command = command.mut_args(|arg| {
-        let place = arg.get_display_order() + count;
-        arg.display_order(place)
-    });
-    let options = options.into_iter().enumerate();
-    command.args(options.map(|(place, option)| option.display_order(place)))
+    command
+        .mut_args(|arg| {
+            let place = arg.get_display_order() + count;
+            arg.display_order(place)
+        })
+        .args(
+            options
+                .into_iter()
+                .enumerate()
+                .map(|(place, option)| option.display_order(place)),
+        )
 }
 
 fn is_set(flag: &str, matches: &ArgMatches) -> bool {
@@ -142,8 +150,9 @@ fn is_set(flag: &str, matches: &ArgMatches) -> bool {
 
 impl<T: Clone + Send + Sync + 'static> FromArgMatches for SystemArgs<T> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
-        let options = matches.ids();
-        let options = options.map(|id| matches.try_get_many::<T>(id.as_str()));
+        let options = matches
+            .ids()
+            .map(|id| matches.try_get_many::<T>(id.as_str()));
         let values = options.filter_map(|values| values.ok().flatten());
         Ok(Self {
             given: values.flatten().cloned().collect(),

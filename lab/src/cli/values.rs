@@ -5,16 +5,17 @@ use std::{ops::RangeInclusive, str::FromStr, time::Duration};
 use ratatui::layout::Size;
 use ratelab::{Knob, KnobKind, Speed, Time};
 
+use super::value_error::ValueError;
+
 /// Longest run accepted: a year.
 const LONGEST_S: f64 = 365.0 * 24.0 * 3600.0;
 
-pub fn seed(text: &str) -> Result<u64, String> {
-    let expected = || format!("expected a whole number from 0 to {}", u64::MAX);
-    text.trim().parse().map_err(|_| expected())
+pub fn seed(text: &str) -> Result<u64, ValueError> {
+    text.trim().parse().map_err(|_| ValueError::Seed)
 }
 
-/// A size of a screen, such as `120x35`.
-pub fn size(text: &str) -> Result<Size, String> {
+/// Returns a size of a screen, such as `120x35`.
+pub fn size(text: &str) -> Result<Size, ValueError> {
     let size = text.split_once('x').and_then(|(width, height)| {
         Some(Size::new(
             width.trim().parse().ok()?,
@@ -22,99 +23,100 @@ pub fn size(text: &str) -> Result<Size, String> {
         ))
     });
     let fits = |size: &Size| (40..=400).contains(&size.width) && (12..=200).contains(&size.height);
-    size.filter(fits)
-        .ok_or_else(|| "expected columns x rows, 40x12 to 400x200, such as 120x35".to_owned())
+    size.filter(fits).ok_or(ValueError::Size)
 }
 
-/// A run time in seconds.
-pub fn duration(text: &str) -> Result<Time, String> {
+/// Returns a run time in seconds.
+pub fn duration(text: &str) -> Result<Time, ValueError> {
     number(text, "seconds", 1e-3, LONGEST_S)
-        .and_then(|seconds| Time::from_secs_f64(seconds).map_err(|error| error.to_string()))
+        .and_then(|seconds| Time::from_secs_f64(seconds).map_err(ValueError::refused))
 }
 
-/// A wait in seconds.
-pub fn wait(text: &str) -> Result<Duration, String> {
+/// Returns a wait in seconds.
+pub fn wait(text: &str) -> Result<Duration, ValueError> {
     number(text, "seconds", 0.0, LONGEST_S).map(Duration::from_secs_f64)
 }
 
-/// A time in milliseconds.
-pub fn milliseconds(text: &str) -> Result<Duration, String> {
+/// Returns a time in milliseconds.
+pub fn milliseconds(text: &str) -> Result<Duration, ValueError> {
     let ms = number(text, "milliseconds", 0.0, 60_000.0)?;
     Ok(Duration::from_secs_f64(ms / 1e3))
 }
 
-/// What one tick of a node takes.
-pub fn hang(text: &str) -> Result<(String, Duration), String> {
-    let (node, ms) = of_node(text, "MS")?;
+/// Returns what one tick of a node takes.
+pub fn hang(text: &str) -> Result<(String, Duration), ValueError> {
+    let (node, ms) = split_node(text, "MS")?;
     Ok((node.to_owned(), milliseconds(ms)?))
 }
 
-pub fn step_ms(text: &str) -> Result<u64, String> {
-    let step = text.trim().parse().ok();
-    step.ok_or_else(|| "expected 1, 2, 5 or 10 milliseconds".to_owned())
+pub fn step_ms(text: &str) -> Result<u64, ValueError> {
+    text.trim().parse().map_err(|_| ValueError::Step)
 }
 
-/// Duration of a node's ticks.
-pub fn takes(text: &str) -> Result<Knob, String> {
+/// Returns the duration of a node's ticks.
+pub fn takes(text: &str) -> Result<Knob, ValueError> {
     node_knob(KnobKind::Takes, text)
 }
 
 /// Offset of a node's due times.
-pub fn offset(text: &str) -> Result<Knob, String> {
+pub fn offset(text: &str) -> Result<Knob, ValueError> {
     node_knob(KnobKind::Offset, text)
 }
 
-fn node_knob(kind: KnobKind, text: &str) -> Result<Knob, String> {
-    let (node, value) = of_node(text, kind.value_name())?;
-    kind.set(node, value).map_err(|error| error.to_string())
+fn node_knob(kind: KnobKind, text: &str) -> Result<Knob, ValueError> {
+    let (node, value) = split_node(text, kind.value_name())?;
+    kind.set(node, value).map_err(ValueError::refused)
 }
 
-/// A node and what is set of it, whose form is called `value_name`.
-fn of_node<'t>(text: &'t str, value_name: &str) -> Result<(&'t str, &'t str), String> {
+/// Returns a node and what is set of it, whose form is called `value_name`.
+fn split_node<'t>(text: &'t str, value_name: &str) -> Result<(&'t str, &'t str), ValueError> {
     let parts = text
         .split_once('=')
         .map(|(node, value)| (node.trim(), value));
     let named = parts.filter(|(node, _)| !node.is_empty());
-    named.ok_or_else(|| format!("expected NODE={value_name}"))
+    named.ok_or_else(|| ValueError::NodeValue(value_name.to_owned()))
 }
 
-pub fn speed(text: &str) -> Result<Speed, String> {
+pub fn speed(text: &str) -> Result<Speed, ValueError> {
     if text == "max" {
         return Ok(Speed::Unlimited);
     }
-    let expected = "expected max, or 0.1 to 100 times wall time";
-    let factor = text.parse().map_err(|_| expected.to_owned())?;
-    Speed::times(factor).map_err(|_| expected.to_owned())
+    let factor = text.parse().map_err(|_| ValueError::Speed)?;
+    Speed::times(factor).map_err(|_| ValueError::Speed)
 }
 
-/// A speed, for what has to have one.
-pub fn pace(text: &str) -> Result<f64, String> {
+/// Returns a speed, for what has to have one.
+pub fn pace(text: &str) -> Result<f64, ValueError> {
     match speed(text) {
         Ok(Speed::Times(pace)) => Ok(pace.get()),
-        _ => Err("expected 0.1 to 100 times wall time".to_owned()),
+        _ => Err(ValueError::Pace),
     }
 }
 
-/// A number of settings of the phases.
-pub fn phases(text: &str) -> Result<usize, String> {
+/// Returns a number of settings of the phases.
+pub fn phases(text: &str) -> Result<usize, ValueError> {
     within(text, "settings of the phases", 1..=1_000)
 }
 
-pub fn fps(text: &str) -> Result<u32, String> {
+pub fn fps(text: &str) -> Result<u32, ValueError> {
     within(text, "frames per second", 1..=120)
 }
 
 /// Parses a number in `range`; `unit` is its unit in the error message.
-pub fn within<T>(text: &str, unit: &str, range: RangeInclusive<T>) -> Result<T, String>
+pub fn within<T>(text: &str, unit: &str, range: RangeInclusive<T>) -> Result<T, ValueError>
 where
     T: FromStr + PartialOrd + std::fmt::Display,
 {
     let number = text.trim().parse().ok();
     number
         .filter(|number| range.contains(number))
-        .ok_or_else(|| format!("expected {} to {} {unit}", range.start(), range.end()))
+        .ok_or_else(|| ValueError::Range {
+            min: range.start().to_string(),
+            max: range.end().to_string(),
+            unit: unit.to_owned(),
+        })
 }
 
-fn number(text: &str, unit: &str, least: f64, most: f64) -> Result<f64, String> {
-    within(text, unit, least..=most)
+fn number(text: &str, unit: &str, min: f64, max: f64) -> Result<f64, ValueError> {
+    within(text, unit, min..=max)
 }

@@ -40,7 +40,7 @@ fn departure(program: &Program, args: &BranchArgs) -> Result<Departure, Error> {
     })
 }
 
-/// The result of a run for programs.
+/// Returns the result of a run for programs.
 fn result(verdict: &Verdict) -> Value {
     json!({ "cause_of_end": verdict.name(), "ended_at_s": verdict.at.as_secs_f64() })
 }
@@ -48,32 +48,40 @@ fn result(verdict: &Verdict) -> Value {
 /// Prints the result of a recorded run, that of its branch, and what made the difference.
 pub fn branch(program: &Program, args: &BranchArgs) -> Result<(), Error> {
     let recording = reading::read(&args.file)?;
-    let program = &program.of(&recording);
+    let program = &program.for_recording(&recording);
     Error::if_after_end(args.at, &recording)?;
     let departure = departure(program, args)?;
     let unverified = |why| Error::unverified(args.file.display(), why);
-    let branch = branched(&recording, &program.system, &departure);
-    let mut branch = branch.map_err(|why| match why {
-        VerifyError::Setup(BuildError::Setting(why)) => Error::BadInput(format!("--knob {why}")),
-        why => unverified(why),
-    })?;
-    let destination = args.record.clone();
-    let destination = destination.map(|place| destination_of(place, None));
+    let mut branch =
+        branched(&recording, &program.system, &departure).map_err(|why| match why {
+            VerifyError::Setup(BuildError::Setting(why)) => {
+                Error::BadInput(format!("--knob {why}"))
+            }
+            why => unverified(why),
+        })?;
+    let destination = args.record.clone().map(|place| destination_of(place, None));
     let commands = branch.experiment.commands();
     signals::watch(move || drop(commands.send(Command::Stop)), || ());
-    let recorder = destination.map(|to| record(to, &branch.experiment));
-    let recorder = recorder.transpose()?;
+    let recorder = destination
+        .map(|to| record(to, &branch.experiment))
+        .transpose()?;
     branch.experiment.watch_ages();
     let knobs = args.knob.join(", ");
     let change = Change::new(&recording, &*program.system, branch.at, knobs);
     let outcome = branch.run();
     let recorded = recorder.map(|recorder| {
-        recorder.end(outcome.as_ref().map_or(StopReason::Off, StopReason::of));
+        recorder.end(
+            outcome
+                .as_ref()
+                .map_or(StopReason::Off, StopReason::from_outcome),
+        );
         recorder.finish()
     });
     let Summary { verdict, ages, .. } = outcome.map_err(unverified)??;
-    let before = change.recorded.map(|verdict| verdict.to_string());
-    let before = before.unwrap_or_else(|| "unknown, it is cut off".to_owned());
+    let before = change
+        .recorded
+        .map(|verdict| verdict.to_string())
+        .unwrap_or_else(|| "unknown, it is cut off".to_owned());
     let so = change.sentence(Some(verdict));
     let mut lines = vec![
         ("left at", change.left(args.at)),

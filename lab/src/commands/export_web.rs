@@ -24,10 +24,12 @@ const SIZE: Size = Size::new(120, 35);
 
 /// Writes the page; of damaged recordings with their intact part.
 pub fn export_web(program: &Program, args: &ExportWebArgs) -> Result<(), Error> {
-    let recordings = args.files.iter();
-    let recordings = recordings.map(|file| Ok(Arc::new(reading::read(file)?)));
-    let recordings = recordings.collect::<Result<Vec<_>, Error>>()?;
-    let program = &program.of(&recordings[0]);
+    let recordings = args
+        .files
+        .iter()
+        .map(|file| Ok(Arc::new(reading::read(file)?)))
+        .collect::<Result<Vec<_>, Error>>()?;
+    let program = &program.for_recording(&recordings[0]);
     refuse_strangers(program, &recordings)?;
     let system = &*program.system;
     let differs = differing(system, &recordings);
@@ -44,16 +46,15 @@ pub fn export_web(program: &Program, args: &ExportWebArgs) -> Result<(), Error> 
     }
     let first = runs[0].1.clone();
     let (at, theme) = (first.until, theme(false, Some(Look::Light)));
-    let poster = picture::of_recording(first, pictured(program, args.limits), at, SIZE, &theme)?;
-    let runs = runs.iter();
-    let runs = runs.map(|(setting, recording)| {
+    let poster = picture::draw_recording(first, pictured(program, args.limits), at, SIZE, &theme)?;
+    let data = runs.iter().map(|(setting, recording)| {
         let mut data = web::data(recording, program, setting);
         if args.limits {
             data["limits"] = web::limits(recording, system);
         }
         data
     });
-    let runs: Vec<Value> = runs.collect();
+    let runs: Vec<Value> = data.collect();
     let quantity = differs.map_or_else(String::new, |alias| names::label(alias.name));
     let page = web::page(system.name(), &quantity, &runs, &poster);
     OutputKind::Page.write("--output", &args.output, &args.files, page.as_bytes())?;
@@ -80,7 +81,7 @@ fn refuse_strangers(program: &Program, recordings: &[Arc<Recording>]) -> Result<
     Ok(())
 }
 
-/// The first of the system's settings in which the recordings differ.
+/// Returns the first of the system's settings in which the recordings differ.
 fn differing(system: &dyn System, recordings: &[Arc<Recording>]) -> Option<&'static Alias> {
     let value = |alias: &Alias, of: &Recording| alias.value(&of.origin.config.setup);
     let mut aliases = system.aliases().iter();
@@ -91,7 +92,7 @@ fn differing(system: &dyn System, recordings: &[Arc<Recording>]) -> Option<&'sta
     })
 }
 
-/// The value of that setting in a recording, with its unit.
+/// Returns the value of that setting in a recording, with its unit.
 fn setting(system: &dyn System, alias: Option<&Alias>, of: &Recording) -> String {
     alias.map_or_else(String::new, |alias| {
         let value = names::short_value(system, alias, &of.origin.config.setup);

@@ -24,7 +24,7 @@ use ratelab_recording::{Recording, RecordingEnd, Replay, RunStatus};
 /// Prints the properties of a recording, and the summary of its run.
 pub fn info(program: &Program, args: &InfoArgs) -> Result<(), Error> {
     let recording = Arc::new(reading::read(&args.file)?);
-    let overview = Overview::new(&program.of(&recording), &recording);
+    let overview = Overview::new(&program.for_recording(&recording), &recording);
     print_result(args.json, &overview.json(), &overview.text())?;
     Error::if_damaged(&recording)
 }
@@ -90,7 +90,7 @@ impl<'a> Overview<'a> {
         }
         let processes = recording.origin.processes.iter();
         lines.extend(processes.map(|process| ("process", process.to_string())));
-        let run = text::of(&*self.system, &self.summary, &self.context);
+        let run = text::render(&*self.system, &self.summary, &self.context);
         format!("{}\n{run}", text::lines(&lines))
     }
 
@@ -106,7 +106,7 @@ impl<'a> Overview<'a> {
             "made_by": recording.origin.made_by(),
             "messages": self.messages,
             "processes": processes.map(ToString::to_string).collect::<Vec<_>>(),
-            "run": json::of(&*self.system, &self.summary, &self.context),
+            "run": json::metrics(&*self.system, &self.summary, &self.context),
             "system": recording.origin.system,
             "ticks": self.ticks,
             "to_s": rounded(recording.until.as_secs_f64()),
@@ -114,7 +114,7 @@ impl<'a> Overview<'a> {
     }
 }
 
-/// The reason why the recording lacks the end of its run, if it does.
+/// Returns the reason why the recording lacks the end of its run, if it does.
 fn open(recording: &Recording) -> Option<String> {
     match recording.outcome.as_ref().map(|outcome| &outcome.end) {
         Some(RunStatus::Ended(_)) => None,

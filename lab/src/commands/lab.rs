@@ -37,12 +37,13 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
         record: destination(&args.run),
         ..sessions(program, args.screen.limits)
     };
-    let guide = match program.course && first_start::is_first() {
-        true => Guide::Offer,
-        false => Guide::Nobody,
+    let guide = if program.course && first_start::is_first() {
+        Guide::Offer
+    } else {
+        Guide::Nobody
     };
-    let left = ratelab_screen::show(&config, setup, &screen(&args.screen), guide);
-    let left = left.map_err(|error| refusal(args, error))?;
+    let left = ratelab_screen::show(&config, setup, &screen(&args.screen), guide)
+        .map_err(|error| refusal(args, error))?;
     if guide == Guide::Offer {
         first_start::remember();
     }

@@ -30,10 +30,13 @@ pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
         let recording = Arc::new(reading::read(file)?);
         let at = args.at.unwrap_or(recording.until);
         Error::if_after_end(at, &recording)?;
-        let (setup, size) = (pictured(&program.of(&recording), args.limits), args.size);
+        let (setup, size) = (
+            pictured(&program.for_recording(&recording), args.limits),
+            args.size,
+        );
         let picture = match args.animate {
-            None => pictures::of_recording(recording.clone(), setup, at, size, &theme),
-            Some(speed) => pictures::moving(recording.clone(), setup, (at, speed), size, &theme),
+            None => pictures::draw_recording(recording.clone(), setup, at, size, &theme),
+            Some(speed) => pictures::moving(recording.clone(), setup, at, speed, size, &theme),
         }?;
         output(&picture, slice::from_ref(file))?;
         return Error::if_damaged(&recording);
@@ -41,7 +44,7 @@ pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
     let end = args.at.unwrap_or(DEFAULTS.end);
     let defaults = Defaults { end, ..DEFAULTS };
     let (config, _) = options::graph(program, &args.graph, &defaults)?;
-    let picture = pictures::of_run(&config, pictured(program, args.limits), args.size, &theme)?;
+    let picture = pictures::draw_run(&config, pictured(program, args.limits), args.size, &theme)?;
     output(&picture, &[])
 }
 
@@ -56,11 +59,10 @@ fn refuse_options(args: &PictureArgs) -> Result<(), Error> {
         || graph.duration_s.is_some()
         || graph.seed.is_some()
         || graph.like.is_some();
-    match given {
-        true => {
-            let why = "the run of a recording is what it was: leave the options of the graph out";
-            Err(Error::BadInput(why.to_owned()))
-        }
-        false => Ok(()),
+    if given {
+        let why = "the run of a recording is what it was: leave the options of the graph out";
+        Err(Error::BadInput(why.to_owned()))
+    } else {
+        Ok(())
     }
 }

@@ -54,8 +54,7 @@ pub fn replay(program: &Program, args: &ReplayArgs) -> Result<(), Error> {
 
 /// Plays a recording in the panes of the lab.
 fn play(program: &Program, args: &ReplayArgs, recording: &Arc<Recording>) -> Result<(), Error> {
-    let program = program.of(recording);
-    let setup = sessions(&program, args.screen.limits);
+    let setup = sessions(&program.for_recording(recording), args.screen.limits);
     let branch = ratelab_screen::play(recording.clone(), setup, &screen(&args.screen))?;
     branch.map_or(Ok(()), print_branch)
 }
@@ -82,7 +81,7 @@ fn viewer() -> OsString {
     }
 }
 
-/// How to install the viewer.
+/// Returns how to install the viewer.
 fn advice() -> String {
     let (rerun, program) = (rerun_version(), program::name());
     format!(

@@ -30,8 +30,10 @@ pub fn run(program: &Program, plain: &PlainRunArgs) -> Result<(), Error> {
     if experiment.config().clock == ClockKind::Virtual {
         experiment.tie_notes().iter().for_each(|text| note(text));
     }
-    let phases = plain.phases.map(|count| phases::sweep(&experiment, count));
-    let phases = phases.transpose()?;
+    let phases = plain
+        .phases
+        .map(|count| phases::sweep(&experiment, count))
+        .transpose()?;
     let (commands, interrupt) = (experiment.commands(), Interrupt::default());
     let asked = interrupt.clone();
     // The results of what is done are still written.
@@ -42,29 +44,35 @@ pub fn run(program: &Program, plain: &PlainRunArgs) -> Result<(), Error> {
     signals::watch(stop, || ());
     let mut outputs = Outputs::prepare(&plan(args, &experiment)?)?;
     experiment.watch_ages();
-    let recorder = destination(args).map(|to| record(to, &experiment));
-    let recorder = recorder.transpose()?;
+    let recorder = destination(args)
+        .map(|to| record(to, &experiment))
+        .transpose()?;
     let mut csv = outputs.csv.take();
-    let rows = csv.as_mut().map(output::OutputFile::begin).transpose()?;
-    let rows = rows.map(|file| StepWriter::start(Ok(file), &experiment));
+    let rows = csv
+        .as_mut()
+        .map(output::OutputFile::begin)
+        .transpose()?
+        .map(|file| StepWriter::start(Ok(file), &experiment));
     let outcome = experiment.run_with(&mut real);
     let recorded = recorder.map(|recorder| {
-        recorder.end(StopReason::of(&outcome));
+        recorder.end(StopReason::from_outcome(&outcome));
         recorder.finish()
     });
     let written = rows.zip(csv).map(|(rows, csv)| csv.complete(rows.finish()));
     let reported = outcome.map_err(Error::from).and_then(|summary| {
         let csv_lost = written.unwrap_or(Ok(0))?;
-        let phases = phases.map(|sweep| PhaseSpread::of(&sweep, &interrupt));
+        let spread = phases.map(|sweep| PhaseSpread::measure(&sweep, &interrupt));
         let context = ReportContext {
-            phases: phases.transpose()?,
+            phases: spread.transpose()?,
             ..context(args, realtime, csv_lost)
         };
         print_results(program, args, outputs, &summary, &context, like.as_ref())?;
-        context.phases.map_or(Ok(()), |phases| phases.if_stopped())
+        context.phases.map_or(Ok(()), |spread| spread.if_stopped())
     });
-    let recorded = recorded.map_or(Ok(()), |recorded| print_recorded(args.json, &recorded?));
-    both(reported, recorded)
+    both(
+        reported,
+        recorded.map_or(Ok(()), |recorded| print_recorded(args.json, &recorded?)),
+    )
 }
 
 /// Returns one of two errors, and prints the other.

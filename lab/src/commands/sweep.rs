@@ -39,7 +39,7 @@ pub fn sweep(program: &Program, args: &SweepArgs) -> Result<(), Error> {
     let outputs = Outputs::prepare(&plan(args, &sweep, &header))?;
     note_overload(&sweep, cells);
     let record = args.record.as_deref().map(Record::create).transpose()?;
-    let bar = ProgressLine::of_runs(cells, args.ascii, args.json);
+    let bar = ProgressLine::for_runs(cells, args.ascii, args.json);
     let threads = args.threads.unwrap_or_else(all_cores);
     let swept = sweep.run_until(&interrupt, threads, |_, _| {
         bar.advance();
@@ -54,7 +54,7 @@ pub fn sweep(program: &Program, args: &SweepArgs) -> Result<(), Error> {
 /// The most cells that are looked at for an overload.
 const LOOKED_AT: usize = 1_000;
 
-/// Prints the first overload among the values of the axes, if there is one.
+/// Prints the first overload among the values of the axes, if any.
 fn note_overload(sweep: &Sweep, cells: usize) {
     let settings = sweep.system.about().setup();
     let indices = (0..cells).step_by(sweep.seeds.len().max(1)).take(LOOKED_AT);
@@ -65,8 +65,11 @@ fn note_overload(sweep: &Sweep, cells: usize) {
             setup.extend(sweep.config(&cell).setup.iter().cloned());
             let warnings = sweep.system.warnings(&setup).into_iter();
             let warning = warnings.chain(sweep.system.overloads(&setup)).next()?;
-            let values = cell.values.iter().filter(|value| !value.knobs.is_empty());
-            let values = values.map(|value| format!("{} {}: ", value.axis, value.text));
+            let values = cell
+                .values
+                .iter()
+                .filter(|value| !value.knobs.is_empty())
+                .map(|value| format!("{} {}: ", value.axis, value.text));
             Some(values.collect::<String>() + &warning)
         });
     overload.iter().for_each(|text| note(text));
@@ -75,10 +78,10 @@ fn note_overload(sweep: &Sweep, cells: usize) {
 /// Prints how many runs had a chain without data, and why the first one had, if there are such runs.
 fn note_without_data(swept: &Swept) {
     let runs = swept.finished().count();
-    let silent = swept
+    let mut silent = swept
         .finished()
-        .filter_map(|(_, run)| run.without_data.as_deref());
-    let mut silent = silent.peekable();
+        .filter_map(|(_, run)| run.without_data.as_deref())
+        .peekable();
     if let Some(first) = silent.peek().copied() {
         let count = silent.count();
         note(&format!(
@@ -87,8 +90,8 @@ fn note_without_data(swept: &Swept) {
     }
 }
 
-/// The files to write according to `args`, with `header` above the rows, and the files
-/// that `sweep` reads.
+/// Returns the files to write according to `args`, with `header` above the rows, and the files that
+/// `sweep` reads.
 fn plan<'a>(args: &'a SweepArgs, sweep: &Sweep, header: &str) -> OutputPlan<'a> {
     let values = sweep.axes.iter().flat_map(|axis| &axis.values);
     let knobs = values
@@ -116,7 +119,7 @@ fn print_results(
 ) -> Result<(), Error> {
     let theory = args.system.theory;
     let wanted = theory || (record.is_some() && program.course);
-    let mut summary = SweepSummary::of(swept, wanted)?;
+    let mut summary = SweepSummary::new(swept, wanted)?;
     summary.theory = theory;
     if let Some(mut csv) = outputs.csv.take() {
         let file = csv.begin()?;
@@ -126,7 +129,7 @@ fn print_results(
     if let Some(file) = outputs.svg.take() {
         file.write(svg::svg(&summary).as_bytes())?;
     }
-    let by_age = args.by.map(|ByArg::Age| AgeTable::of(swept, &summary));
+    let by_age = args.by.map(|ByArg::Age| AgeTable::new(swept, &summary));
     let json = json::text(&summary, swept, topics, by_age.as_ref());
     outputs.write(&json)?;
     if args.json {

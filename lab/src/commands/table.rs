@@ -25,9 +25,11 @@ const OUTPUT: &str = "--output";
 /// of a damaged one the intact part.
 pub fn table(program: &Program, args: &TableArgs) -> Result<(), Error> {
     let recording = Arc::new(reading::read(&args.file)?);
-    let tables = RunTables::new(&recording, &program.of(&recording).system);
-    let folder = args.output.clone();
-    let folder = folder.unwrap_or_else(|| args.file.with_extension(""));
+    let tables = RunTables::new(&recording, &program.for_recording(&recording).system);
+    let folder = args
+        .output
+        .clone()
+        .unwrap_or_else(|| args.file.with_extension(""));
     let made = NewFolders::leading_to(&folder);
     let _empty = made.map_err(|why| Error::unwritable(OUTPUT, &folder, &why))?;
     let subjects = tables.subjects();
@@ -45,7 +47,7 @@ pub fn table(program: &Program, args: &TableArgs) -> Result<(), Error> {
     Error::if_damaged(&recording)
 }
 
-/// The files of the tables in `folder`, each with another name.
+/// Returns the files of the tables in `folder`, each with another name.
 fn paths(folder: &Path, tables: &RunTables, subjects: &[TableSubject]) -> Vec<PathBuf> {
     let mut taken = BTreeSet::new();
     let paths = subjects.iter().map(|subject| {

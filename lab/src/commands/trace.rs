@@ -15,9 +15,11 @@ use crate::{
 /// Writes a recording as a trace; the intact part of a damaged one.
 pub fn trace(program: &Program, args: &TraceArgs) -> Result<(), Error> {
     let recording = reading::read(&args.file)?;
-    let path = args.output.clone();
-    let path = path.unwrap_or_else(|| args.file.with_extension("pftrace"));
-    let system = recording.system(&program.of(&recording).system);
+    let path = args
+        .output
+        .clone()
+        .unwrap_or_else(|| args.file.with_extension("pftrace"));
+    let system = recording.system(&program.for_recording(&recording).system);
     let (read, trace) = (slice::from_ref(&args.file), encoded(&recording, &*system));
     OutputKind::Trace.write("--output", &path, read, &trace)?;
     print_line(&format!(

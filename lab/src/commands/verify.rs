@@ -101,7 +101,7 @@ fn verify_one(
     verified
 }
 
-/// What was identical, and whether the file is whole.
+/// Returns what was identical, and whether the file is whole.
 fn compare(
     program: &Program,
     file: &Path,
@@ -110,13 +110,13 @@ fn compare(
 ) -> Result<(Identical, Result<(), Error>), Error> {
     let name = shown(file);
     let path = file.to_owned();
-    let read = signals::done_unless(asked, move || reading::read(&path));
-    let read = read.map_err(|why| Error::Unfinished(format!("{name}: reading: {why}")))?;
+    let read = signals::done_unless(asked, move || reading::read(&path))
+        .map_err(|why| Error::Unfinished(format!("{name}: reading: {why}")))?;
     let stopped = || Error::unverified(&name, VerifyError::Stopped);
     let recording = read.ok_or_else(stopped)??;
     let until = recording.until;
     let bar = ProgressLine::new(until.as_nanos(), until.to_string());
-    let system = program.of(&recording).system;
+    let system = program.for_recording(&recording).system;
     let with = VerifyWith {
         perturb: args.perturb,
         asks: args.ask_policy.is_some(),
@@ -140,7 +140,7 @@ fn give_up(file: &Path, node: &BusyNode) -> ! {
     let (file, took) = (shown(file), took.as_secs_f64());
     output::error(&format!(
         "{file}: {name} has been in its tick at {at} for 10 s longer than the {took:.3} s of \
-         the recorded one: it waits for something that is no topic, and that does not come back"
+         the recorded one: it waits for something that is not a topic, and that does not come back"
     ));
     process::exit(1)
 }

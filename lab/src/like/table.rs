@@ -17,7 +17,7 @@ use crate::summary::{
 /// The compared quantiles.
 const QUANTILES: [(&str, f64); 4] = [("p10", 0.1), ("p50", 0.5), ("p90", 0.9), ("p99", 0.99)];
 
-/// The table, with one line per figure.
+/// Returns the table, with one line per figure.
 pub fn text(system: &dyn System, like: &Like, model: &Summary) -> String {
     let mut rows = rows(system, [&like.recorded, model]);
     let names = rows.iter().map(|row| row[0].chars().count());
@@ -30,9 +30,9 @@ pub fn text(system: &dyn System, like: &Like, model: &Summary) -> String {
         rows,
     };
     let titles = ["like"].into_iter().chain(iter::repeat(""));
-    let table = table.to_string();
+    let text = table.to_string();
     let lines = titles
-        .zip(table.lines())
+        .zip(text.lines())
         .map(|(title, text)| line(title, text));
     lines.collect::<Vec<_>>().join("\n")
 }
@@ -73,7 +73,7 @@ fn rows(system: &dyn System, runs: [&Summary; 2]) -> Vec<Vec<String>> {
     rows
 }
 
-/// The comparison as JSON.
+/// Returns the comparison as JSON.
 pub fn json(like: &Like, model: &Summary) -> Value {
     json!({
         "file": like.file.display().to_string(),
@@ -83,8 +83,10 @@ pub fn json(like: &Like, model: &Summary) -> Value {
 }
 
 fn figures(run: &Summary) -> Map<String, Value> {
-    let overruns = run.nodes.iter();
-    let overruns = overruns.map(|node| (node.name.to_string(), json!(node.overruns)));
+    let overruns = run
+        .nodes
+        .iter()
+        .map(|node| (node.name.to_string(), json!(node.overruns)));
     let mut figures = object(json!({
         "cause_of_end": run.verdict.name(),
         "latency": latency(&run.latency),
@@ -93,8 +95,10 @@ fn figures(run: &Summary) -> Map<String, Value> {
         "sim_time_s": rounded(run.sim_time.as_secs_f64()),
     }));
     if !run.latencies.is_empty() {
-        let latencies = run.latencies.iter();
-        let latencies = latencies.map(|(chain, of)| ((*chain).to_owned(), json!(latency(of))));
+        let latencies = run
+            .latencies
+            .iter()
+            .map(|(chain, of)| ((*chain).to_owned(), json!(latency(of))));
         figures.insert("latencies".to_owned(), latencies.collect());
     }
     figures

@@ -145,7 +145,7 @@ fn record(
     here: &[String],
     destination: Option<&mut Destination>,
 ) -> Result<Option<Recorder>, Error> {
-    let mut source = Source::of(part);
+    let mut source = Source::for_experiment(part);
     source.origin.processes = vec![ProcessRecord {
         host: machine::host(),
         pid: process::id(),
@@ -172,7 +172,7 @@ fn run_once(
     let lines = line::lines(&bridge, &observer);
     drop(bridge);
     let recorded = recorder.map(|recorder| {
-        recorder.end(StopReason::of(&outcome));
+        recorder.end(StopReason::from_outcome(&outcome));
         recorder.finish()
     });
     let summary = outcome?;
@@ -189,7 +189,7 @@ fn run_once(
     let is_lost = states_here && summary.verdict.is_lost();
     if states_here {
         let seen = seen_here(summary, is_here);
-        print_line(&text::of(system, &seen, &context))?;
+        print_line(&text::render(system, &seen, &context))?;
     } else {
         print_line(&ticks(&summary, here))?;
     }

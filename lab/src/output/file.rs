@@ -130,10 +130,10 @@ impl OutputKind<'_> {
     }
 }
 
-/// Refuses a file that is at `path`, which `option` named, already; a link to no file is one.
+/// Refuses an existing file at `path`, which `option` named; a broken link counts as a file.
 ///
 /// # Errors
-/// [`Error::BadInput`] if there is one.
+/// [`Error::BadInput`] if the file exists.
 pub fn refuse_existing(option: &str, path: &Path) -> Result<(), Error> {
     if fs::symlink_metadata(path).is_err() {
         return Ok(());

@@ -33,8 +33,10 @@ impl OutputPlan<'_> {
     /// something else.
     fn check(&self) -> Result<(), Error> {
         let metrics = self.out.map(|folder| folder.join(self.metrics));
-        let inputs = self.inputs.iter();
-        let inputs = inputs.map(|(option, path)| (option.as_str(), path.as_path(), "reads"));
+        let inputs = self
+            .inputs
+            .iter()
+            .map(|(option, path)| (option.as_str(), path.as_path(), "reads"));
         let mut taken: Vec<(&str, &Path, &str)> = inputs.collect();
         let rows = OutputKind::Rows(&self.header);
         let outputs = [
@@ -82,8 +84,10 @@ impl Outputs {
     /// [`Error::BadInput`] if one of them is not writable.
     pub fn prepare(plan: &OutputPlan) -> Result<Self, Error> {
         let outputs = Self::beside_csv(plan)?;
-        let csv = plan.csv.map(|path| OutputFile::open("--csv", path));
-        let csv = csv.transpose()?;
+        let csv = plan
+            .csv
+            .map(|path| OutputFile::open("--csv", path))
+            .transpose()?;
         Ok(Self { csv, ..outputs })
     }
 

@@ -68,7 +68,7 @@ impl OutputKind<'_> {
         )))
     }
 
-    /// Whether the file at `path` is one of this kind.
+    /// Returns whether the file at `path` is one of this kind.
     fn is_file(self, path: &Path) -> io::Result<bool> {
         let KindMark {
             beginning, mark, ..
@@ -85,7 +85,7 @@ impl OutputKind<'_> {
         }
     }
 
-    /// How its files are known.
+    /// Returns how its files are known.
     fn mark(&self) -> KindMark<'_> {
         let (name, beginning, mark): (_, &[u8], _) = match self {
             Self::Rows(header) => ("a CSV file", header.as_bytes(), ""),

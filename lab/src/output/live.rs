@@ -87,8 +87,8 @@ fn standard_stream(path: &Path) -> Option<File> {
     stream.map(File::from).ok()
 }
 
-/// Whether the file at `path` must be written in place: a pipe, a device, or the target
-/// of standard output.
+/// Returns whether the file at `path` must be written in place: a pipe, a device, or the target of
+/// standard output.
 pub fn must_be_live(path: &Path) -> bool {
     let special = fs::metadata(path).is_ok_and(|about| !about.is_file());
     special || standard_stream(path).is_some()

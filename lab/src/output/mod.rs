@@ -1,9 +1,9 @@
 //! Printed output and files: the only place from which the command writes to the terminal, but for
-//! the lab's screen. A terminal that is gone ends no command.
+//! the lab's screen. A command goes on without its terminal.
 //!
 //! All files are checked before the first is opened for writing. A file of results gets
-//! its name when it is complete, and replaces an earlier file of its kind only; what is no
-//! regular file is written into.
+//! its name when it is complete, and replaces only an earlier file of its kind; pipes and
+//! devices are written to directly.
 
 mod file;
 mod files;

@@ -27,7 +27,7 @@ const GRACE: Duration = Duration::from_millis(500);
 /// Number of threads that wait for a reader.
 static WAITING: AtomicUsize = AtomicUsize::new(0);
 
-/// Whether a command waits for the reader of a pipe: a signal ends the wait, with an error.
+/// Returns whether a command waits for the reader of a pipe: a signal ends the wait, with an error.
 pub fn waits_for_reader() -> bool {
     WAITING.load(Ordering::SeqCst) > 0
 }
@@ -48,7 +48,7 @@ impl Drop for ReaderWait {
     }
 }
 
-/// Whether the file at `path` is a named pipe.
+/// Returns whether the file at `path` is a named pipe.
 pub fn is_pipe(path: &Path) -> bool {
     path.metadata()
         .is_ok_and(|about| about.file_type().is_fifo())
@@ -70,9 +70,9 @@ pub fn open(path: &Path) -> io::Result<File> {
         match options.open(path) {
             Err(why) if Errno::from_io_error(&why) == Some(Errno::NXIO) => {
                 if !told && began.elapsed() > SOON {
-                    let path = path.display();
+                    let shown = path.display();
                     note(&format!(
-                        "{path}: nobody reads this pipe: waiting for a reader"
+                        "{shown}: nobody reads this pipe: waiting for a reader"
                     ));
                     told = true;
                 }

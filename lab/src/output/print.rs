@@ -66,7 +66,8 @@ pub fn printed(outcome: io::Result<()>) -> Result<(), Error> {
     }
 }
 
-/// Whether the reader of standard output is gone: the next program of a pipeline, or the terminal.
+/// Returns whether the reader of standard output is gone: the next program of a pipeline, or the
+/// terminal.
 fn is_closed(why: &io::Error) -> bool {
     let is_device = || {
         let about = fstat(io::stdout().as_fd());
@@ -90,7 +91,7 @@ pub fn stopped_by(name: &str) {
     error(&format!("stopped by {name}"));
 }
 
-/// Prints a note that is no error.
+/// Prints a note, which is not an error.
 pub fn note(text: &str) {
     aside(&format!("note: {text}"));
 }
@@ -114,7 +115,7 @@ pub fn print_recorded(json: bool, recorded: &FinishedRecording) -> Result<(), Er
     }
 }
 
-/// An error when a recording cannot begin.
+/// Returns an error when a recording cannot begin.
 pub fn record_error(RecordError { path, why }: RecordError) -> Error {
     match why.kind() {
         io::ErrorKind::AlreadyExists if path.symlink_metadata().is_ok() => {
@@ -128,7 +129,7 @@ pub fn record_error(RecordError { path, why }: RecordError) -> Error {
     }
 }
 
-/// An error when a file cannot be written.
+/// Returns an error when a file cannot be written.
 pub fn write_error(path: &Path, why: io::Error) -> Error {
     let what = path.display().to_string();
     Error::Write { what, why }

@@ -25,7 +25,7 @@ impl ProgressLine {
 
     /// Creates a bar for so many `runs`, drawn with ASCII characters only if `ascii`; hidden if
     /// `quiet`.
-    pub fn of_runs(runs: usize, ascii: bool, quiet: bool) -> Self {
+    pub fn for_runs(runs: usize, ascii: bool, quiet: bool) -> Self {
         if quiet {
             return Self(ProgressBar::hidden());
         }
@@ -44,7 +44,7 @@ impl ProgressLine {
         self.0.set_position(position);
     }
 
-    /// Whether nobody sees it.
+    /// Returns whether nobody sees it.
     pub fn is_hidden(&self) -> bool {
         self.0.is_hidden()
     }
@@ -60,8 +60,8 @@ fn bar(length: u64, template: &str) -> ProgressBar {
         return ProgressBar::hidden();
     }
     let target = ProgressDrawTarget::stderr_with_hz(10);
-    let style = ProgressStyle::with_template(template);
-    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+    let style =
+        ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::with_draw_target(Some(length), target).with_style(style)
 }
 

@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 /// The share of an age below which a part has no line of its own.
 const SMALL: f64 = 0.01;
 
-/// Name and text of each line: an age, if it `is_new`, then its parts, the largest first.
+/// Returns the name and text of each line: an age, if it `is_new`, then its parts, the largest
+/// first.
 pub fn lines(ages: &[RunAge], is_new: impl Fn(&RunAge) -> bool) -> Vec<(&'static str, String)> {
     let lines = |age| {
         let title = is_new(age).then(|| ("age of", in_a_line(age)));
@@ -33,7 +34,7 @@ fn in_a_line(age: &RunAge) -> String {
     format!("{}: {mean} ms mean (p99 {p99} ms){ahead}", title(age))
 }
 
-/// The mean of an age and what it does not exceed for 99 % of the time (s).
+/// Returns the mean of an age and what it does not exceed for 99 % of the time (s).
 pub fn mean_and_p99_s(age: &RunAge) -> [f64; 2] {
     [age.mean_ns, age.p99_ns].map(|ns| ns as f64 / 1e9)
 }
@@ -57,7 +58,7 @@ fn parts(age: &RunAge) -> Vec<(&'static str, String)> {
     lines.collect()
 }
 
-/// What is old, and where.
+/// Returns what is old, and where.
 pub fn title(age: &RunAge) -> String {
     let of = age.chain.unwrap_or("push");
     format!("{of} at {}{}", age.node, data_of(age))
@@ -74,7 +75,7 @@ fn words(part: &AgeShare) -> String {
     words.trim_end().to_owned()
 }
 
-/// An age in milliseconds, to the nanosecond.
+/// Returns an age in milliseconds, to the nanosecond.
 pub fn in_ms(ns: i64) -> f64 {
     ns as f64 / 1e6
 }
@@ -83,33 +84,33 @@ fn ms(ns: i64) -> String {
     millis::text(ns as f64 / 1e6)
 }
 
-/// The ages for programs, in the unit of all ages and in whole nanoseconds, in which parts sum to
-/// their age. Those in nanoseconds go with a later version.
+/// Returns the ages for programs, in the unit of all ages and in whole nanoseconds, in which parts
+/// sum to their age. The keys in nanoseconds go with a later version.
 pub fn json(ages: &[RunAge]) -> Value {
-    let ages = ages.iter().filter(|age| age.apart_from_ns.is_none());
-    let ages = ages.map(|age| {
-        let parts = age.parts.iter();
-        let parts = parts.map(|part| {
-            json!({
-                "kind": part.stage.key(),
-                "of": part.owner,
-                "ms": in_ms(part.ns),
-                "ns": part.ns,
-            })
-        });
-        let mut row = json!({
-            "of": age.chain.unwrap_or("push"),
-            "at": age.node,
-            "mean_ms": in_ms(age.mean_ns),
-            "mean_ns": age.mean_ns,
-            "p99_ms": in_ms(age.p99_ns),
-            "p99_ns": age.p99_ns,
-            "parts": parts.collect::<Vec<_>>(),
-        });
-        if let Some(source) = &age.source {
-            row["source"] = json!(source);
-        }
-        row
-    });
-    ages.collect()
+    ages.iter()
+        .filter(|age| age.apart_from_ns.is_none())
+        .map(|age| {
+            let parts = age.parts.iter().map(|part| {
+                json!({
+                    "kind": part.stage.key(),
+                    "of": part.owner,
+                    "ms": in_ms(part.ns),
+                    "ns": part.ns,
+                })
+            });
+            let mut row = json!({
+                "of": age.chain.unwrap_or("push"),
+                "at": age.node,
+                "mean_ms": in_ms(age.mean_ns),
+                "mean_ns": age.mean_ns,
+                "p99_ms": in_ms(age.p99_ns),
+                "p99_ns": age.p99_ns,
+                "parts": parts.collect::<Vec<_>>(),
+            });
+            if let Some(source) = &age.source {
+                row["source"] = json!(source);
+            }
+            row
+        })
+        .collect()
 }

@@ -19,16 +19,20 @@ use super::{
 };
 use crate::timing::{has_set_times, was_late};
 
-/// The metrics by their keys.
+/// Returns the metrics by their keys.
 ///
 /// Under the virtual clock they are independent of wall time, so the same run gives the
 /// same bytes.
-pub fn of(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<String, Value> {
+pub fn metrics(
+    system: &dyn System,
+    summary: &Summary,
+    context: &ReportContext,
+) -> Map<String, Value> {
     with_digits(Digits::Four, system, summary, context)
 }
 
-/// The same metrics as they were measured, to be compared with limits: null where nothing was
-/// measured.
+/// Returns the same metrics as they were measured, to be compared with limits: null where nothing
+/// was measured.
 pub fn measured(system: &dyn System, summary: &Summary) -> Map<String, Value> {
     let context = ReportContext::default();
     let mut metrics = with_digits(Digits::All, system, summary, &context);
@@ -58,7 +62,7 @@ pub fn text(metrics: Map<String, Value>) -> String {
     format!("{:#}", Value::Object(metrics))
 }
 
-/// The keys of every run.
+/// Returns the keys of every run.
 fn keys(
     digits: Digits,
     system: &dyn System,
@@ -93,16 +97,17 @@ fn keys(
         keys.insert("quadratic_cost_is_the_mean_of".to_owned(), json!(cost.sum));
     }
     if !summary.latencies.is_empty() {
-        let latencies = summary.latencies.iter();
-        let latencies =
-            latencies.map(|(chain, of)| ((*chain).to_owned(), milliseconds(digits, of)));
+        let latencies = summary
+            .latencies
+            .iter()
+            .map(|(chain, of)| ((*chain).to_owned(), milliseconds(digits, of)));
         keys.insert("latencies".to_owned(), latencies.collect());
     }
     keys.extend(result(digits, &CellResult::from(summary)));
     keys
 }
 
-/// The keys of a run that it has in a sweep as well.
+/// Returns the keys of a run that it has in a sweep as well.
 pub fn result(digits: Digits, result: &CellResult) -> Map<String, Value> {
     let mut keys = object(json!({
         "cause_of_end": result.verdict.name(),
@@ -125,8 +130,8 @@ pub fn result(digits: Digits, result: &CellResult) -> Map<String, Value> {
     keys
 }
 
-/// The figures of a system at the end of a run. Those without a unit are shares: they are not
-/// rounded, so that none looks like the limit that it misses.
+/// Returns the figures of a system at the end of a run. Figures without a unit are shares: they are
+/// not rounded, so that none looks like the limit that it misses.
 pub fn finals(
     digits: Digits,
     system: &dyn System,
@@ -147,7 +152,7 @@ pub fn finals(
     })
 }
 
-/// Adds the system's own `figures`, those of a block as an object.
+/// Adds the system's own `figures`, each block as an object.
 fn add_figures(keys: &mut Map<String, Value>, figures: &[SystemFigure]) {
     for figure in figures {
         let value = match figure.value {
@@ -161,27 +166,31 @@ fn add_figures(keys: &mut Map<String, Value>, figures: &[SystemFigure]) {
     }
 }
 
-/// The keys that depend on the system: success, knobs, topics, and figures of the end of
+/// Returns the keys that depend on the system: success, knobs, topics, and figures of the end of
 /// the run.
 fn system_keys(digits: Digits, system: &dyn System, summary: &Summary) -> Map<String, Value> {
     let good = (key(&good(system)), json!(!summary.verdict.is_lost()));
     let setup = &summary.config.setup;
-    let aliases = names::shown(system, |alias| names::is_set(alias, setup)).into_iter();
-    let aliases = aliases.map(|alias| {
-        let text = alias.value(setup);
-        let value = match value(alias.kind(), &text) {
-            Value::Number(number) if number.is_f64() => {
-                json!(number.as_f64().map(|number| digits.round(number)))
-            }
-            value => value,
-        };
-        (key(alias.name), value)
-    });
-    let topics = summary.topics.iter().filter(|topic| topic.is_read());
-    let topics = topics.flat_map(|topic| {
-        let counts = [("published", topic.published), ("dropped", topic.dropped())];
-        counts.map(|(what, count)| (format!("{}_{what}", key(&topic.name)), json!(count)))
-    });
+    let aliases = names::shown(system, |alias| names::is_set(alias, setup))
+        .into_iter()
+        .map(|alias| {
+            let text = alias.value(setup);
+            let value = match value(alias.kind(), &text) {
+                Value::Number(number) if number.is_f64() => {
+                    json!(number.as_f64().map(|number| digits.round(number)))
+                }
+                value => value,
+            };
+            (key(alias.name), value)
+        });
+    let topics = summary
+        .topics
+        .iter()
+        .filter(|topic| topic.is_read())
+        .flat_map(|topic| {
+            let counts = [("published", topic.published), ("dropped", topic.dropped())];
+            counts.map(|(what, count)| (format!("{}_{what}", key(&topic.name)), json!(count)))
+        });
     let finals = finals(digits, system, summary.sim_time, &summary.state);
     [good]
         .into_iter()
@@ -200,15 +209,15 @@ fn wall_keys(digits: Digits, summary: &Summary, context: &ReportContext) -> Map<
     object(json!({
         "lateness": of_nodes(|node| &node.lateness),
         "realtime": context.realtime.as_ref().map(|asked| match asked {
-            Ok(()) => "granted",
-            Err(refusal) => refusal,
+            Ok(()) => "granted".to_owned(),
+            Err(refusal) => refusal.to_string(),
         }),
         "tick_time": of_nodes(|node| &node.tick_time),
         "wall_time_s": digits.round(summary.wall_time.as_secs_f64()),
     }))
 }
 
-/// The figures of a node, including the duration of its ticks where one is set, and its
+/// Returns the figures of a node, including the duration of its ticks where one is set, and its
 /// lateness where it was late.
 fn node(digits: Digits, summary: &Summary, node: &NodeAccount) -> (String, Value) {
     let mut figures = object(json!({
@@ -229,7 +238,7 @@ fn node(digits: Digits, summary: &Summary, node: &NodeAccount) -> (String, Value
     (node.name.to_string(), Value::Object(figures))
 }
 
-/// What became of the messages of a topic.
+/// Returns what became of the messages of a topic.
 fn topic(topic: &TopicAccount) -> (String, Value) {
     let figures = json!({
         "dropped": topic.dropped(),
@@ -242,7 +251,7 @@ fn topic(topic: &TopicAccount) -> (String, Value) {
     (topic.name.to_string(), figures)
 }
 
-/// A distribution in milliseconds; quantiles are accurate to 0.1 %.
+/// Returns a distribution in milliseconds; quantiles are accurate to 0.1 %.
 fn milliseconds(digits: Digits, distribution: &Distribution) -> Value {
     let ms = |duration: Option<Duration>| duration.map(|of| digits.ms(of.as_secs_f64()));
     json!({
@@ -259,12 +268,12 @@ pub fn ms(seconds: f64) -> f64 {
     Digits::Four.ms(seconds)
 }
 
-/// A duration in milliseconds, if there is one.
+/// Converts a duration to milliseconds.
 pub fn duration_ms(duration: Option<Duration>) -> Option<f64> {
     duration.map(|duration| ms(duration.as_secs_f64()))
 }
 
-/// The members of the object `value`.
+/// Returns the members of the object `value`.
 pub fn object(value: Value) -> Map<String, Value> {
     match value {
         Value::Object(map) => map,
@@ -272,7 +281,7 @@ pub fn object(value: Value) -> Map<String, Value> {
     }
 }
 
-/// The value of a knob for programs.
+/// Returns the value of a knob for programs.
 pub fn value(kind: KnobKind, text: &str) -> Value {
     match kind {
         KnobKind::Depth => json!(text.parse::<usize>().ok()),

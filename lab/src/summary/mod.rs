@@ -15,7 +15,7 @@ pub enum Digits {
 }
 
 impl Digits {
-    /// `value` with so many digits.
+    /// Returns `value` with so many digits.
     pub fn round(self, value: f64) -> f64 {
         match self {
             Self::Four => rounded(value),

@@ -29,7 +29,7 @@ pub struct PhaseSpread {
     worst: Vec<String>,
 }
 
-/// `count` runs of `experiment`, each at other phases.
+/// Returns `count` runs of `experiment`, each at other phases.
 ///
 /// # Errors
 /// [`Error::BadInput`] for a run on the real clock, where phases are as they come.
@@ -50,7 +50,7 @@ impl PhaseSpread {
     ///
     /// # Errors
     /// [`Error::Sweep`] if a run failed.
-    pub fn of(sweep: &Sweep, interrupt: &Interrupt) -> Result<Self, Error> {
+    pub fn measure(sweep: &Sweep, interrupt: &Interrupt) -> Result<Self, Error> {
         let swept = sweep.run_until(interrupt, all_cores(), |_, _| ControlFlow::Continue(()))?;
         let (mut ages, mut verdicts) = (Vec::new(), BTreeMap::new());
         let mut worst = (false, f64::NEG_INFINITY, Vec::new());
@@ -85,7 +85,7 @@ impl PhaseSpread {
         Some([*ages.first()?, ages[ages.len() / 2], *ages.last()?])
     }
 
-    /// An error if a stop was asked for before the last run.
+    /// Returns an error if a stop was asked for before the last run.
     pub fn if_stopped(&self) -> Result<(), Error> {
         Error::if_stopped(self.runs, self.asked, "runs at other phases")
     }
@@ -105,7 +105,7 @@ impl PhaseSpread {
         lines
     }
 
-    /// The spread, for programs.
+    /// Returns the spread, for programs.
     pub fn json(&self) -> Value {
         let ages = self.spread().map(|ages| ages.map(rounded));
         json!({

@@ -4,6 +4,7 @@ use std::{iter, time::Duration};
 
 use ratelab::{ClockKind, Command, Event, EventKind, Hz, Knob, KnobKind, millis};
 use ratelab_account::{Distribution, NodeAccount};
+use ratelab_real_clock::RealtimeError;
 use ratelab_recording::FinishedRecording;
 use ratelab_study::{
     experiment::{MeanPushAge, RunAge, Summary},
@@ -28,7 +29,7 @@ pub struct ReportContext {
     /// Whether `--smoke` is set.
     pub smoke: bool,
     /// Result of `--realtime`; `None` if it is not set.
-    pub realtime: Option<Result<(), String>>,
+    pub realtime: Option<Result<(), RealtimeError>>,
     /// Number of rows lost by the CSV writer.
     pub csv_lost: u64,
     /// This run at other phases, if it was asked for.
@@ -39,8 +40,8 @@ pub struct ReportContext {
     pub covered: bool,
 }
 
-/// The summary as a few lines of text.
-pub fn of(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
+/// Returns the summary as a few lines of text.
+pub fn render(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
     let mut lines = known([
         ("clock", Some(clock(system, summary, context))),
         ("world", timing::world(system, summary)),
@@ -83,8 +84,8 @@ pub fn of(system: &dyn System, summary: &Summary, context: &ReportContext) -> St
     self::lines(&lines)
 }
 
-/// Duration and lateness of ticks: of all nodes if the run used wall time, otherwise of
-/// nodes with configured timing, and of those that were late without it, for an executor.
+/// Returns the duration and lateness of ticks: of all nodes if the run used wall time, otherwise of
+/// nodes with configured timing, and of nodes that an executor made late without it.
 fn times(summary: &Summary) -> Vec<(&'static str, String)> {
     let timed = |node: &NodeAccount| timing::has_set_times(summary, &node.name);
     let wall = saw_the_wall(summary);
@@ -102,19 +103,21 @@ fn times(summary: &Summary) -> Vec<(&'static str, String)> {
     ])
 }
 
-/// The rows with a text.
+/// Returns the rows with a text.
 fn known<const N: usize>(rows: [(&'static str, Option<String>); N]) -> Vec<(&'static str, String)> {
-    let rows = rows.into_iter();
-    rows.filter_map(|(name, text)| Some((name, text?)))
+    rows.into_iter()
+        .filter_map(|(name, text)| Some((name, text?)))
         .collect()
 }
 
-/// The mean age with what is known beside it; of a run of a second the last one is all of it.
+/// Returns the mean age with what is known beside it; of a run of a second the last one is all of
+/// it.
 fn push_age(system: &dyn System, summary: &Summary, age: MeanPushAge) -> String {
     let [run, late] = [age.run_s, age.late_s].map(ms);
     let told = summary.ages.iter().find(|age| is_told(summary, age));
-    let p99 = told.map(|age| format!(" (p99 {})", ms(ages::mean_and_p99_s(age)[1])));
-    let p99 = p99.unwrap_or_default();
+    let p99 = told
+        .map(|age| format!(" (p99 {})", ms(ages::mean_and_p99_s(age)[1])))
+        .unwrap_or_default();
     let late = if run == late {
         String::new()
     } else {
@@ -127,7 +130,7 @@ fn push_age(system: &dyn System, summary: &Summary, age: MeanPushAge) -> String 
     format!("mean {run}{p99}{late}{source}{}", first.unwrap_or_default())
 }
 
-/// Whether `age` is the push age of the run, which has a line of its own.
+/// Returns whether `age` is the push age of the run, which has a line of its own.
 fn is_told(summary: &Summary, age: &RunAge) -> bool {
     let mean = summary.push_age().map(|age| ms(age.run_s));
     let is_push = age.chain.is_none() && !age.is_beside;
@@ -135,7 +138,7 @@ fn is_told(summary: &Summary, age: &RunAge) -> bool {
     is_whole && mean.is_some_and(|mean| mean == ms(ages::mean_and_p99_s(age)[0]))
 }
 
-/// What the states cost on average; those of a fall count as long as it stood.
+/// Returns what the states cost on average; a run with a fall counts until the fall.
 fn quadratic_cost(system: &dyn System, summary: &Summary) -> Option<String> {
     let (mean, cost) = summary.cost.zip(system.quadratic_cost())?;
     let until = if summary.verdict.is_lost() {
@@ -146,7 +149,7 @@ fn quadratic_cost(system: &dyn System, summary: &Summary) -> Option<String> {
     Some(format!("cost {mean:.4}: the mean{until} of {}", cost.sum))
 }
 
-/// A line with the `text` of `name`, made safe for a terminal.
+/// Returns a line with the `text` of `name`, made safe for a terminal.
 pub fn line(name: &str, text: &str) -> String {
     format!("{name:<9} {}", in_line(text))
 }
@@ -157,13 +160,13 @@ pub fn lines(rows: &[(&str, String)]) -> String {
     lines.join("\n")
 }
 
-/// A line with a text of the program itself, which may have several lines.
+/// Returns a line with a text of the program itself, which may have several lines.
 pub fn paragraph(name: &str, text: &str) -> String {
     format!("{name:<9} {text}")
 }
 
-/// The commands of the run; the verdict covers its end. Knobs are printed in the format
-/// of `--knobs`, to the nanosecond.
+/// Returns the commands of the run; the verdict covers its end. Knobs are printed in the format of
+/// `--knobs`, to the nanosecond.
 fn changes(knobs: KnobText, events: &[Event]) -> Vec<(&'static str, String)> {
     let mut lines = Vec::new();
     for events in events.chunk_by(|one, next| one.knob().is_some() == next.knob().is_some()) {
@@ -181,7 +184,7 @@ fn changes(knobs: KnobText, events: &[Event]) -> Vec<(&'static str, String)> {
     lines
 }
 
-/// Whether any part of the run was under the real clock.
+/// Returns whether any part of the run was under the real clock.
 pub fn saw_the_wall(summary: &Summary) -> bool {
     let to_the_wall =
         |event: &Event| matches!(event.applied(), Some(Command::HandOver(ClockKind::Real)));
@@ -190,7 +193,7 @@ pub fn saw_the_wall(summary: &Summary) -> bool {
 
 fn clock(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
     let config = &summary.config;
-    let realtime = match context.realtime {
+    let realtime = match &context.realtime {
         Some(Ok(())) => " with real-time priority",
         Some(Err(_)) => " (real-time priority refused)",
         None => "",
@@ -220,10 +223,10 @@ fn clock(system: &dyn System, summary: &Summary, context: &ReportContext) -> Str
     )
 }
 
-/// The values of a setting in turn; of many the first and the last ones.
+/// Returns the values of a setting in turn; of many the first and the last ones.
 fn in_turn(mut values: Vec<String>) -> String {
     values.dedup();
-    if values.len() > MOST_IN_TURN {
+    if values.len() > MAX_IN_TURN {
         let last = values.len() - 2;
         values.splice(2..last, ["…".to_owned()]);
     }
@@ -231,36 +234,43 @@ fn in_turn(mut values: Vec<String>) -> String {
 }
 
 /// Maximum number of values in a line that are written in turn.
-const MOST_IN_TURN: usize = 5;
+const MAX_IN_TURN: usize = 5;
 
-fn of_kind(system: &dyn System, kind: KnobKind) -> impl Iterator<Item = &'static Alias> {
+fn aliases_of_kind(system: &dyn System, kind: KnobKind) -> impl Iterator<Item = &'static Alias> {
     let aliases = system.aliases().iter();
     aliases.filter(move |alias| alias.kind() == kind)
 }
 
-/// The rates, each with the values that it had in turn, and the depths. Of a rate that went up or
-/// down in steps it is where it turned.
+/// Returns the rates, each with the values that it had in turn, and the depths. Of a rate that went
+/// up or down in steps it is where it turned.
 fn rates(system: &dyn System, summary: &Summary) -> String {
     let setup = &summary.config.setup;
     let nodes = summary.nodes.iter().map(|node| {
         let name = node_label(system, &node.name);
         let alias = rate_alias(system, |of| *of == *node.name);
         let first: Option<Hz> = alias.and_then(|alias| alias.value(setup).parse().ok());
-        let turned = summary.events.iter().filter_map(Event::knob);
-        let turned = turned.filter_map(|timed| match timed.knob {
-            Knob::Rate { node: of, hz } if of == *node.name => Some(hz),
-            _ => None,
-        });
-        let first = first.or(setup.rate(&node.name));
-        let mut rates: Vec<Hz> = first.into_iter().chain(turned).chain([node.hz]).collect();
+        let turned = summary
+            .events
+            .iter()
+            .filter_map(Event::knob)
+            .filter_map(|timed| match timed.knob {
+                Knob::Rate { node: of, hz } if of == *node.name => Some(hz),
+                _ => None,
+            });
+        let mut rates: Vec<Hz> = first
+            .or(setup.rate(&node.name))
+            .into_iter()
+            .chain(turned)
+            .chain([node.hz])
+            .collect();
         rates.dedup();
         let turns = turns(&rates).map(|hz| hz.to_string());
         format!("{name} {}", in_turn(turns.collect()))
     });
-    let depths = of_kind(system, KnobKind::Depth);
-    let depths = depths.map(|alias| format!("{} {}", label(alias.name), alias.value(setup)));
+    let depths = aliases_of_kind(system, KnobKind::Depth)
+        .map(|alias| format!("{} {}", label(alias.name), alias.value(setup)));
     let named = |topic: &str| {
-        let mut knobs = of_kind(system, KnobKind::Depth).flat_map(|alias| alias.knobs);
+        let mut knobs = aliases_of_kind(system, KnobKind::Depth).flat_map(|alias| alias.knobs);
         knobs.any(|(_, of)| *of == topic)
     };
     let others = setup.iter().filter_map(|knob| match knob {
@@ -270,7 +280,7 @@ fn rates(system: &dyn System, summary: &Summary) -> String {
     joined(nodes.chain(depths).chain(others)).unwrap_or_default()
 }
 
-/// The ends of `rates`, and those at which they went the other way.
+/// Returns the ends of `rates`, and the rates at which they turned back.
 fn turns(rates: &[Hz]) -> impl Iterator<Item = Hz> {
     let is_turn = |index: &usize| match index.checked_sub(1) {
         Some(before) if index + 1 < rates.len() => {
@@ -298,7 +308,7 @@ fn verdict(system: &dyn System, summary: &Summary, context: &ReportContext) -> S
     )
 }
 
-/// The number of steps of the plant, and when it stopped, if that was before the end.
+/// Returns the number of steps of the plant, and when it stopped, if that was before the end.
 fn plant_steps(summary: &Summary) -> String {
     let steps = format!("{} plant steps", summary.steps);
     match summary.last_step {
@@ -328,44 +338,48 @@ fn topics(summary: &Summary) -> Option<String> {
     }))
 }
 
-/// What the links did to messages, where they did something.
+/// Returns what the links did to messages, where they did something.
 fn links(summary: &Summary) -> Option<String> {
     let topics = summary.topics.iter().filter_map(|topic| {
-        let figures = [
+        let figures: Vec<String> = [
             (topic.lost, "lost"),
             (topic.overtaken, "overtaken"),
             (topic.in_flight(), "in flight"),
-        ];
-        let figures = figures.iter().filter(|(count, _)| *count > 0);
-        let figures: Vec<String> = figures.map(|(n, what)| format!("{n} {what}")).collect();
+        ]
+        .iter()
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, what)| format!("{count} {what}"))
+        .collect();
         (!figures.is_empty()).then(|| format!("{} {}", topic.name, figures.join(", ")))
     });
     joined(topics)
 }
 
-/// The main latency, with the period of the main rate.
+/// Returns the main latency, with the period of the main rate.
 fn latency(system: &dyn System, summary: &Summary) -> Option<String> {
     let (_, meter) = system.latency()?;
     let text = latency_of(meter, &summary.latency);
-    let period = rate_alias(system, |of| summary.node(of).is_some()).and_then(|alias| {
-        let node = summary.node(alias.knobs.first()?.1)?;
-        let period = ms(node.hz.period().as_secs_f64());
-        Some(format!(" ({} period {period})", label(alias.name)))
-    });
-    let period = period.filter(|_| summary.latency.count() > 0);
+    let period = rate_alias(system, |of| summary.node(of).is_some())
+        .and_then(|alias| {
+            let node = summary.node(alias.knobs.first()?.1)?;
+            let period = ms(node.hz.period().as_secs_f64());
+            Some(format!(" ({} period {period})", label(alias.name)))
+        })
+        .filter(|_| summary.latency.count() > 0);
     Some(text + &period.unwrap_or_default())
 }
 
-/// The main latency, then those of the chains beside it.
+/// Returns the main latency, then the latencies of the other chains.
 fn latencies(system: &dyn System, summary: &Summary) -> Vec<(&'static str, String)> {
-    let others = summary.chain_latencies(system);
-    let others = others.map(|(chain, latency)| latency_of(chain, latency));
+    let others = summary
+        .chain_latencies(system)
+        .map(|(chain, latency)| latency_of(chain, latency));
     let texts = latency(system, summary).into_iter().chain(others);
     let names = iter::once("latency").chain(iter::repeat(""));
     names.zip(texts).collect()
 }
 
-/// A latency in words.
+/// Returns a latency in words.
 fn latency_of(meter: &str, latency: &Distribution) -> String {
     let Some(mean) = latency.mean_s() else {
         return format!("{meter} was not measured");
@@ -388,7 +402,7 @@ fn each_node(
     joined(nodes.map(tell))
 }
 
-/// `parts` in a line, if there are any.
+/// Joins `parts` to a line; `None` without parts.
 fn joined(parts: impl Iterator<Item = String>) -> Option<String> {
     let parts: Vec<String> = parts.collect();
     (!parts.is_empty()).then(|| parts.join(" | "))
@@ -407,7 +421,7 @@ fn lateness(node: &NodeAccount) -> String {
     format!("{} p50 {p50} p99 {p99} µs", node.name)
 }
 
-/// How many of the ticks that were due at `node` did not begin.
+/// Returns how many of the ticks that were due at `node` did not begin.
 pub fn overruns(node: &NodeAccount) -> String {
     let due = node.ticks.saturating_add(node.overruns);
     format!("{} of {due}", node.overruns)
@@ -418,20 +432,21 @@ pub fn ms(seconds: f64) -> String {
     format!("{} ms", millis::text(seconds * 1e3))
 }
 
-/// A duration in milliseconds, or a dash without one.
+/// Returns a duration in milliseconds, or a dash without one.
 pub fn ms_or_dash(duration: Option<Duration>) -> String {
     duration.map_or("-".to_owned(), |duration| ms(duration.as_secs_f64()))
 }
 
-/// The path of a recording.
+/// Returns the path of a recording.
 pub fn recorded(recorded: &FinishedRecording) -> String {
     let lost = match recorded.lost {
         0 => String::new(),
         lost => format!(", {lost} more came too fast to be recorded"),
     };
-    let hurried = match recorded.hurried {
-        true => "; stopped, so the viewer has no timeline of it, and the file is not compacted",
-        false => "",
+    let hurried = if recorded.hurried {
+        "; stopped, so the viewer has no timeline of it, and the file is not compacted"
+    } else {
+        ""
     };
     let text = format!(
         "{} ({}, {} messages{lost}{hurried})",
@@ -442,7 +457,7 @@ pub fn recorded(recorded: &FinishedRecording) -> String {
     line("recorded", &text)
 }
 
-/// A number of bytes in words.
+/// Returns a number of bytes in words.
 pub fn size(bytes: u64) -> String {
     match bytes {
         0..1_000 => format!("{bytes} B"),

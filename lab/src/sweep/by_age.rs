@@ -17,7 +17,7 @@ use crate::summary::{
 const WIDTHS_MS: [f64; 6] = [5.0, 10.0, 20.0, 50.0, 100.0, 1_000.0];
 
 /// Maximum number of bins, if a width allows it.
-const MOST_BINS: usize = 20;
+const MAX_BINS: usize = 20;
 
 /// Width of a bar (columns).
 const BAR: usize = 24;
@@ -35,10 +35,10 @@ pub struct AgeTable {
 }
 
 impl AgeTable {
-    /// The table for the runs of `swept`.
-    pub fn of(swept: &Swept, summary: &SweepSummary) -> Self {
+    /// Creates the table for the runs of `swept`.
+    pub fn new(swept: &Swept, summary: &SweepSummary) -> Self {
         let by_age = ByAge::of(swept.finished().map(|(_, result)| result));
-        let fits = |width: &f64| by_age.bins(width / 1e3).len() <= MOST_BINS;
+        let fits = |width: &f64| by_age.bins(width / 1e3).len() <= MAX_BINS;
         let width = WIDTHS_MS.into_iter().find(fits);
         Self {
             width_s: width.unwrap_or(WIDTHS_MS[WIDTHS_MS.len() - 1]) / 1e3,
@@ -48,7 +48,7 @@ impl AgeTable {
         }
     }
 
-    /// A line for each bin, and a conclusion.
+    /// Returns a line for each bin, and a conclusion.
     pub fn lines(&self, theme: &Theme) -> Vec<String> {
         if self.by_age.is_empty() {
             return vec![line("age", "no run pushed: there is no age to count by")];
@@ -95,7 +95,7 @@ impl AgeTable {
         }
     }
 
-    /// The table as JSON.
+    /// Returns the table as JSON.
     pub fn json(&self) -> Value {
         let bins = self.by_age.bins(self.width_s).into_iter().map(|bin| {
             json!({

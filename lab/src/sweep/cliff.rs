@@ -8,7 +8,7 @@ use super::{
 };
 use crate::summary::text::line;
 
-/// The lines for the rows of one group.
+/// Returns the lines for the rows of one group.
 pub fn lines(summary: &SweepSummary, rows: &[RowSummary]) -> Vec<String> {
     let mut rows: Vec<&RowSummary> = rows.iter().filter(|row| row.survival.runs > 0).collect();
     if rows.len() < 2 || rows.iter().any(|row| row.number().is_nan()) {
@@ -33,7 +33,7 @@ struct CliffWords<'s> {
 }
 
 impl CliffWords<'_> {
-    /// What its values are called, and what is better.
+    /// Returns what its values are called, and what is better.
     fn words(&self) -> (&'static str, &'static str) {
         match (self.summary.main.kind, self.helps) {
             (KnobKind::Rate, true) => ("rate", "faster"),
@@ -49,15 +49,16 @@ impl CliffWords<'_> {
         self.summary.main.with_unit(&row.value)
     }
 
-    /// The values of the better or the worse end, as far as `row`.
+    /// Returns the values of the better or the worse end, as far as `row`.
     fn end(&self, better: bool, row: &RowSummary) -> String {
-        match better == self.helps {
-            true => format!("from {} on", self.at(row)),
-            false => format!("up to {}", self.at(row)),
+        if better == self.helps {
+            format!("from {} on", self.at(row))
+        } else {
+            format!("up to {}", self.at(row))
         }
     }
 
-    /// The last value without successful runs, and the first from which on all are
+    /// Returns the last value without successful runs, and the first from which on all are
     /// successful.
     fn edges(&self, rows: &[&RowSummary]) -> String {
         let (good, (noun, _)) = (&self.summary.good, self.words());
@@ -69,9 +70,10 @@ impl CliffWords<'_> {
             .count();
         let last_down = down.checked_sub(1).map(|last| self.end(false, rows[last]));
         let first_up = (up > 0).then(|| self.end(true, rows[rows.len() - up]));
-        let (higher, lowest, highest) = match self.helps {
-            true => ("higher", "lowest", "highest"),
-            false => ("lower", "highest", "lowest"),
+        let (higher, lowest, highest) = if self.helps {
+            ("higher", "lowest", "highest")
+        } else {
+            ("lower", "highest", "lowest")
         };
         match (last_down, first_up) {
             _ if down == rows.len() => format!("none {good} at any of these {noun}s"),
@@ -85,7 +87,7 @@ impl CliffWords<'_> {
         }
     }
 
-    /// The value at which most is lost by going to the next better one.
+    /// Returns the value at which most is lost by going to the next better one.
     fn dip(&self, rows: &[&RowSummary]) -> Option<String> {
         let drops = rows.windows(2).filter_map(|pair| {
             let drop = pair[0].survival.share()? - pair[1].survival.share()?;

@@ -26,42 +26,45 @@ pub fn slowest_first<T>(mut list: Vec<T>, main: usize, kind: impl Fn(&T) -> Knob
     list
 }
 
-/// The aliases of the system, and the other swept knobs.
-pub fn of(sweep: &Sweep) -> Vec<Column> {
+/// Returns the aliases of the system, and the other swept knobs.
+pub fn all(sweep: &Sweep) -> Vec<Column> {
     let setup = &sweep.base.setup;
     let aliases = names::shown(&*sweep.system, |alias| {
         sweep.axis(alias.name).is_some() || names::is_set(alias, setup)
     });
     let known = |name: &str| aliases.iter().any(|alias| alias.name == name);
-    let others = sweep.axes.iter().filter(|axis| !known(&axis.name));
-    let others = others.map(|axis| Column {
-        name: axis.name.clone(),
-        kind: axis.kind,
-        alias: None,
-    });
-    let aliases = aliases.iter().map(|alias| Column {
+    let others = sweep
+        .axes
+        .iter()
+        .filter(|axis| !known(&axis.name))
+        .map(|axis| Column {
+            name: axis.name.clone(),
+            kind: axis.kind,
+            alias: None,
+        });
+    let named = aliases.iter().map(|alias| Column {
         name: alias.name.to_owned(),
         kind: alias.kind(),
         alias: Some(alias),
     });
-    slowest_first(aliases.chain(others).collect(), 0, |column| column.kind)
+    slowest_first(named.chain(others).collect(), 0, |column| column.kind)
 }
 
-/// The knob that changes fastest.
+/// Returns the knob that changes fastest.
 pub fn main(sweep: &Sweep) -> Option<Column> {
     let axis = sweep.axes.last()?;
-    of(sweep)
+    all(sweep)
         .into_iter()
         .find(|column| column.name == axis.name)
 }
 
 impl Column {
-    /// Number of values.
+    /// Returns the number of values.
     pub fn count(&self, sweep: &Sweep) -> usize {
         sweep.axis(&self.name).map_or(1, |axis| axis.values.len())
     }
 
-    /// Whether an axis with another name turns its knobs, such as `takes policy` for
+    /// Returns whether an axis with another name turns its knobs, such as `takes policy` for
     /// `think-ms`.
     pub fn is_swept_by_another(&self, sweep: &Sweep) -> bool {
         let Some(alias) = self.alias else {
@@ -76,7 +79,7 @@ impl Column {
         values.any(|value| value.knobs.iter().any(turns))
     }
 
-    /// The value in `cell`.
+    /// Returns the value in `cell`.
     pub fn value(&self, sweep: &Sweep, cell: &Cell) -> String {
         match self.alias {
             Some(alias) => alias.value(&sweep.config(cell).setup),
@@ -84,7 +87,7 @@ impl Column {
         }
     }
 
-    /// The short form of the value in `cell`, printable.
+    /// Returns the short form of the value in `cell`, printable.
     pub fn short(&self, sweep: &Sweep, cell: &Cell) -> String {
         in_line(&match self.alias {
             Some(alias) => names::short_value(&*sweep.system, alias, &sweep.config(cell).setup),
@@ -92,17 +95,17 @@ impl Column {
         })
     }
 
-    /// The subject of the knob, such as `control` or `queue depth`.
+    /// Returns the subject of the knob, such as `control` or `queue depth`.
     pub fn label(&self) -> String {
         names::label(&self.name)
     }
 
-    /// The label with its unit, if the values have one.
+    /// Returns the label with its unit, if the values have one.
     pub fn heading(&self) -> String {
         self.label() + names::unit(&self.name, self.kind)
     }
 
-    /// A value with its unit.
+    /// Returns a value with its unit.
     pub fn with_unit(&self, value: &str) -> String {
         let unit = match value.parse::<f64>() {
             Ok(_) => names::unit(&self.name, self.kind),
@@ -111,7 +114,7 @@ impl Column {
         value.to_owned() + unit
     }
 
-    /// A noun for its values: `control rate`, `depth`, `policy`.
+    /// Returns a noun for its values: `control rate`, `depth`, `policy`.
     pub fn noun(&self) -> String {
         match (self.kind, self.alias) {
             (KnobKind::Rate, _) => self.label() + " rate",
@@ -121,7 +124,7 @@ impl Column {
         }
     }
 
-    /// A value with enough of the name to distinguish it from others.
+    /// Returns a value with enough of the name to distinguish it from others.
     pub fn tag(&self, value: &str) -> String {
         match self.kind {
             KnobKind::Depth => format!("{} {value}", self.noun()),

@@ -13,13 +13,13 @@ use ratelab_study::{
 use super::{columns, parts};
 use crate::{csv::row_of, error::Error, results::read_topics};
 
-/// The names of the topics with readers, in the order of a summary.
+/// Returns the names of the topics with readers, in the order of a summary.
 ///
 /// # Errors
 /// [`Error::Build`] if the graph cannot be built.
 pub fn topics(sweep: &Sweep) -> Result<Vec<String>, Error> {
-    let config = sweep.cell(0).map(|cell| sweep.config(&cell));
-    let config = config.as_ref().unwrap_or(&sweep.base);
+    let first = sweep.cell(0).map(|cell| sweep.config(&cell));
+    let config = first.as_ref().unwrap_or(&sweep.base);
     Ok(read_topics(&Experiment::new(sweep.system.clone(), config)?))
 }
 
@@ -30,16 +30,19 @@ const FIGURES: &str = "seed,cause_of_end,steps,sim_time_s,mean_latency_s";
 /// second.
 const AGES: &str = "mean_push_age_s,late_push_age_s";
 
-/// The ages once more, in the unit of all ages and their parts, behind all other columns. Those in
+/// The ages once more, in the unit of all ages and their parts, behind all other columns. The columns in
 /// seconds go with a later version.
 const IN_MS: [&str; 3] = ["mean_latency_ms", "mean_push_age_ms", "late_push_age_ms"];
 
 /// Names and units of the first columns, by which a file is known as a table of this sweep.
 pub fn header(sweep: &Sweep, topics: &[String]) -> String {
-    let knobs = columns::of(sweep).into_iter();
+    let knobs = columns::all(sweep).into_iter();
     let dropped = topics.iter().map(|topic| format!("{}_dropped", key(topic)));
-    let finals = sweep.system.finals(&[]).into_iter();
-    let finals = finals.map(|figure| key(&format!("{} {}", figure.name, figure.unit)));
+    let finals = sweep
+        .system
+        .finals(&[])
+        .into_iter()
+        .map(|figure| key(&format!("{} {}", figure.name, figure.unit)));
     let cost = sweep.system.quadratic_cost().map(|_| "quadratic_cost");
     let columns = knobs
         .map(|column| key(&column.name))
@@ -53,13 +56,15 @@ pub fn header(sweep: &Sweep, topics: &[String]) -> String {
 /// Writes the finished runs below `header`, in the order of the sweep.
 pub fn write(file: impl Write, header: &str, swept: &Swept) -> io::Result<()> {
     let (mut out, sweep) = (BufWriter::new(file), swept.sweep());
-    let parts = parts::of(swept.finished().map(|(_, outcome)| outcome));
+    let parts = parts::columns(swept.finished().map(|(_, outcome)| outcome));
     let names = parts.iter().map(|part| format!(",{}", key(&part.name())));
     let good = key(&good(&*sweep.system));
-    let last = IN_MS.into_iter().chain([&*good]);
-    let last = last.map(|name| format!(",{name}"));
+    let last = IN_MS
+        .into_iter()
+        .chain([&*good])
+        .map(|name| format!(",{name}"));
     writeln!(out, "{header}{}", names.chain(last).collect::<String>())?;
-    let (knobs, system) = (columns::of(sweep), &*sweep.system);
+    let (knobs, system) = (columns::all(sweep), &*sweep.system);
     for (cell, outcome) in swept.finished() {
         let mut row: Vec<String> = knobs.iter().map(|knob| knob.value(sweep, &cell)).collect();
         row.extend([
@@ -75,7 +80,7 @@ pub fn write(file: impl Write, header: &str, swept: &Swept) -> io::Result<()> {
         let age = outcome.push_age;
         row.extend([age.map(|age| age.run_s), age.map(|age| age.late_s)].map(known));
         row.extend(system.quadratic_cost().map(|_| known(outcome.cost)));
-        row.extend(parts.iter().map(|part| known(part.of(outcome))));
+        row.extend(parts.iter().map(|part| known(part.value(outcome))));
         let ages = [
             outcome.mean_latency_s,
             age.map(|age| age.run_s),
@@ -88,7 +93,7 @@ pub fn write(file: impl Write, header: &str, swept: &Swept) -> io::Result<()> {
     out.flush()
 }
 
-/// A figure; empty if it is unknown.
+/// Returns a figure; empty if it is unknown.
 fn known(figure: Option<f64>) -> String {
     figure.map_or_else(String::new, |figure| figure.to_string())
 }

@@ -79,17 +79,18 @@ pub const STANDS: Figure = Figure {
     digits: |share| format!("{share:.2}"),
 };
 
-/// The figures of all rows, as far as the system has them and they are asked for.
-pub fn of(summary: &SweepSummary) -> Vec<Figure> {
+/// Returns the figures of all rows, as far as the system has them and they are asked for.
+pub fn all(summary: &SweepSummary) -> Vec<Figure> {
     let mut figures = vec![LATENCY, AGE, LOST];
     let cost = summary.sweep.system.quadratic_cost();
     figures.extend(cost.map(|_| COST));
-    figures.extend(of_theory(summary));
+    figures.extend(theory(summary));
     figures
 }
 
-/// Those of linear theory, if it is asked for: the growth, and what it has for chunks.
-pub fn of_theory(summary: &SweepSummary) -> impl Iterator<Item = Figure> {
+/// Returns the figures of linear theory, if it is asked for: the growth, and what it has for
+/// chunks.
+pub fn theory(summary: &SweepSummary) -> impl Iterator<Item = Figure> {
     let of_chunks = summary.rows().iter().any(|row| row.theory.stands.is_some());
     let figures = [Some(GROWTH), of_chunks.then_some(STANDS)];
     figures.into_iter().flatten().filter(|_| summary.theory)
@@ -99,12 +100,12 @@ pub fn of_theory(summary: &SweepSummary) -> impl Iterator<Item = Figure> {
 const NARROWEST: usize = 6;
 
 impl Figure {
-    /// Width of its column in a list.
+    /// Returns the width of its column in a list.
     pub fn width(&self) -> usize {
         self.name.len().max(NARROWEST)
     }
 
-    /// The figure of `row` as text; where there is no growth, whether deviations shrink for sure.
+    /// Returns the figure of `row` as text; without growth, whether deviations shrink for sure.
     pub fn text(&self, row: &RowSummary) -> String {
         let sure = row.theory.sure.filter(|_| self.key == GROWTH.key);
         match ((self.value)(row), sure) {
@@ -115,17 +116,18 @@ impl Figure {
         }
     }
 
-    /// The figure of `row` for programs; a cost has more digits.
+    /// Returns the figure of `row` for programs; a cost has more digits.
     pub fn json(&self, row: &RowSummary) -> Value {
         let value = (self.value)(row);
-        match self.key == COST.key {
-            true => json!(value),
-            false => json!(value.map(rounded)),
+        if self.key == COST.key {
+            json!(value)
+        } else {
+            json!(value.map(rounded))
         }
     }
 }
 
-/// How many runs were successful.
+/// Returns how many runs were successful.
 pub fn count(row: &RowSummary) -> String {
     match row.survival.runs {
         0 => "-".to_owned(),

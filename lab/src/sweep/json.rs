@@ -17,8 +17,8 @@ use crate::summary::{
     rounded,
 };
 
-/// The sweep as JSON: how often the runs were not lost, then every run. It holds
-/// nothing of the wall's, so the same sweep gives the same bytes.
+/// Returns the sweep as JSON: how often the runs were not lost, then every run. It holds nothing of
+/// the wall's, so the same sweep gives the same bytes.
 pub fn text(
     summary: &SweepSummary,
     swept: &Swept,
@@ -26,8 +26,9 @@ pub fn text(
     by_age: Option<&AgeTable>,
 ) -> String {
     let rows = summary.rows().iter().map(|row| survival(summary, row));
-    let cells = swept.finished();
-    let cells = cells.map(|(cell, outcome)| run(summary, topics, &cell, outcome));
+    let cells = swept
+        .finished()
+        .map(|(cell, outcome)| run(summary, topics, &cell, outcome));
     let mut whole = object(json!({
         "cells": cells.collect::<Vec<_>>(),
         "complete": swept.is_complete(),
@@ -53,7 +54,7 @@ fn survival(summary: &SweepSummary, row: &RowSummary) -> Value {
         ("runs".to_owned(), json!(row.survival.runs)),
         ("share".to_owned(), json!(row.survival.share().map(rounded))),
     ]);
-    let known = figures::of(summary).into_iter();
+    let known = figures::all(summary).into_iter();
     figures.extend(known.map(|figure| (figure.key.to_owned(), figure.json(row))));
     if summary.theory {
         let sure = json!(row.theory.sure);
@@ -62,7 +63,7 @@ fn survival(summary: &SweepSummary, row: &RowSummary) -> Value {
     Value::Object(figures)
 }
 
-/// The keys match those of a run's metrics.
+/// Returns the keys match the keys of a run's metrics.
 fn run(summary: &SweepSummary, topics: &[String], cell: &Cell, outcome: &CellResult) -> Value {
     let mut figures = conditions(&summary.sweep, cell);
     figures.insert(key(&summary.good), json!(!outcome.is_lost()));
@@ -84,7 +85,7 @@ fn run(summary: &SweepSummary, topics: &[String], cell: &Cell, outcome: &CellRes
 }
 
 fn conditions(sweep: &Sweep, cell: &Cell) -> Map<String, Value> {
-    let columns = columns::of(sweep).into_iter();
+    let columns = columns::all(sweep).into_iter();
     let values = columns.map(|column| {
         let value = value(column.kind, &column.short(sweep, cell));
         (key(&column.name), value)

@@ -9,9 +9,8 @@ use super::{
     summary::{RowSummary, SweepSummary},
 };
 
-/// The runs in a line, and a table: a row per value with its figures if one knob is swept,
-/// otherwise a row per combination of the slower knobs and a column per value of the
-/// fastest.
+/// Returns the runs in a line, and a table: a row per value with its figures if one knob is swept,
+/// otherwise a row per combination of the slower knobs and a column per value of the fastest.
 pub fn text(summary: &SweepSummary, theme: &Theme) -> String {
     let mut groups = summary.groups();
     let mut table = match (groups.len(), groups.next()) {
@@ -26,23 +25,23 @@ pub fn text(summary: &SweepSummary, theme: &Theme) -> String {
     format!("{}\n\n{}", head.join("; "), table.join("\n"))
 }
 
-/// The rows of one group with their figures, below a heading.
+/// Returns the rows of one group with their figures, below a heading.
 fn figures(summary: &SweepSummary, rows: &[RowSummary]) -> Vec<Vec<String>> {
-    let figures = figures::of(summary);
+    let figures = figures::all(summary);
     let mut head = vec![summary.main.heading(), summary.good.clone()];
     head.extend(figures.iter().map(|of| format!("{}{}", of.name, of.unit)));
     head.extend(summary.parts.iter().map(PartColumn::name));
-    let rows = rows.iter().map(|row| {
+    let body = rows.iter().map(|row| {
         let mut cells = vec![row.value.clone(), figures::count(row)];
         cells.extend(figures.iter().map(|figure| figure.text(row)));
         let ms = |ms: &Option<f64>| ms.map_or("-".to_owned(), millis::text);
         cells.extend(row.parts.iter().map(ms));
         cells
     });
-    [head].into_iter().chain(rows).collect()
+    [head].into_iter().chain(body).collect()
 }
 
-/// How many runs were successful, below the values of the fastest knob.
+/// Returns how many runs were successful, below the values of the fastest knob.
 fn counts(summary: &SweepSummary) -> Vec<Vec<String>> {
     let grid = summary.grid();
     let values = grid.values.into_iter().map(str::to_owned);

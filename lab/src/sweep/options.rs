@@ -25,8 +25,10 @@ impl SweepArgs {
     /// # Errors
     /// [`Error::BadInput`] if they are invalid for the system.
     pub fn sweep(&self, program: &Program) -> Result<Sweep, Error> {
-        let knobs = self.knob.iter();
-        let knobs = knobs.map(|knob| read_knob(program, "--knob", knob));
+        let knobs = self
+            .knob
+            .iter()
+            .map(|knob| read_knob(program, "--knob", knob));
         let knobs = timing(&self.timing).map(Ok).chain(knobs);
         let usual = Config::default();
         let base = Config {
@@ -70,7 +72,7 @@ impl SweepArgs {
         })
     }
 
-    /// All requested axes; the values of a repeated option form one axis.
+    /// Returns all requested axes; the values of a repeated option form one axis.
     fn axes(&self, program: &Program) -> Result<Vec<SweepAxis>, Error> {
         let mut axes: Vec<SweepAxis> = Vec::new();
         for axis in &self.system.given {
@@ -81,14 +83,14 @@ impl SweepArgs {
         }
         for pair in self.axis.chunks_exact(2) {
             let (knob, list) = (pair[0].split_whitespace().collect::<Vec<_>>(), &pair[1]);
-            let knob = knob.join(" ");
-            let alias = program.knobs().alias(&knob);
+            let knob_text = knob.join(" ");
+            let alias = program.knobs().alias(&knob_text);
             let axis = SweepAxis::parse(
                 program.knobs(),
-                alias.map_or(knob.as_str(), |alias| alias.name),
+                alias.map_or(knob_text.as_str(), |alias| alias.name),
                 list,
             );
-            let refused = |why| Error::BadInput(format!("--axis {knob:?} {list}: {why}"));
+            let refused = |why| Error::BadInput(format!("--axis {knob_text:?} {list}: {why}"));
             axes.push(axis.map_err(refused)?);
         }
         Ok(axes)
@@ -138,8 +140,8 @@ fn check_distinct(axes: &[SweepAxis]) -> Result<(), Error> {
 fn add_default(program: &Program, base: &Config, axes: &mut Vec<SweepAxis>) -> Result<(), Error> {
     let first = program.system.aliases().first();
     if let Some(alias) = first.filter(|alias| alias.kind() == KnobKind::Rate) {
-        let axis = SweepAxis::parse(program.knobs(), alias.name, DEFAULT_RATES);
-        let axis = axis.map_err(|why| Error::BadInput(why.to_string()))?;
+        let axis = SweepAxis::parse(program.knobs(), alias.name, DEFAULT_RATES)
+            .map_err(|why| Error::BadInput(why.to_string()))?;
         let is_own = |knob: &Knob| knobs(&axis).any(|own| own.is_of(knob));
         let mut turned = axes.iter().flat_map(knobs);
         let is_turned = turned.any(is_own) || base.setup.iter().any(is_own);
@@ -151,8 +153,8 @@ fn add_default(program: &Program, base: &Config, axes: &mut Vec<SweepAxis>) -> R
     Ok(())
 }
 
-/// Whether the graph has the knobs of `axis` with each value of the `others`; what is wrong with
-/// these values is told where they are run.
+/// Returns whether the graph has the knobs of `axis` with each value of the `others`; what is wrong
+/// with these values is told where they are run.
 fn is_accepted(program: &Program, base: &Config, others: &[SweepAxis], axis: &SweepAxis) -> bool {
     let values = others.iter().flat_map(|other| &other.values);
     let firsts = others.iter().filter_map(|other| other.values.first());
@@ -170,7 +172,7 @@ fn is_accepted(program: &Program, base: &Config, others: &[SweepAxis], axis: &Sw
         })
 }
 
-/// The knobs of `axis`.
+/// Returns the knobs of `axis`.
 fn knobs(axis: &SweepAxis) -> impl Iterator<Item = &Knob> {
     axis.values.iter().take(1).flat_map(|value| &value.knobs)
 }

@@ -10,15 +10,15 @@ pub struct PartColumn {
     part: Option<(&'static str, String)>,
 }
 
-/// The columns of all `results`: those of an age side by side, in the order of their first
-/// occurrence.
-pub fn of<'r>(results: impl Iterator<Item = &'r CellResult>) -> Vec<PartColumn> {
+/// Returns the columns of all `results`: the columns of an age side by side, in the order of their
+/// first occurrence.
+pub fn columns<'r>(results: impl Iterator<Item = &'r CellResult>) -> Vec<PartColumn> {
     let mut columns: Vec<PartColumn> = Vec::new();
     for RunAge { chain, parts, .. } in results.flat_map(|result| &result.ages) {
-        let parts = parts
+        let keys = parts
             .iter()
             .map(|part| (part.stage.key(), part.owner.clone()));
-        for part in [None].into_iter().chain(parts.map(Some)) {
+        for part in [None].into_iter().chain(keys.map(Some)) {
             let chain = *chain;
             let column = PartColumn { chain, part };
             if !columns.contains(&column) {
@@ -31,7 +31,7 @@ pub fn of<'r>(results: impl Iterator<Item = &'r CellResult>) -> Vec<PartColumn> 
 }
 
 impl PartColumn {
-    /// Its name, with the unit.
+    /// Returns its name, with the unit.
     pub fn name(&self) -> String {
         let chain = self.chain.unwrap_or("push");
         match &self.part {
@@ -40,8 +40,8 @@ impl PartColumn {
         }
     }
 
-    /// Its value in a run (ms): zero for a part that an age lacks.
-    pub fn of(&self, result: &CellResult) -> Option<f64> {
+    /// Returns its value in a run (ms): zero for a part that an age lacks.
+    pub fn value(&self, result: &CellResult) -> Option<f64> {
         let age = result.ages.iter().find(|age| age.chain == self.chain)?;
         let ns = match &self.part {
             None => age.mean_ns,

@@ -28,7 +28,7 @@ type Plot = (&'static str, String, PlotFigure);
 const SURVIVAL: &str = "survival";
 const GROWTH: &str = "growth";
 
-/// The plots, from top to bottom.
+/// Returns the plots, from top to bottom.
 fn plots(summary: &SweepSummary) -> Vec<Plot> {
     let (good, noun) = (&summary.good, summary.main.noun());
     let mut plots: Vec<Plot> = vec![(
@@ -75,11 +75,10 @@ impl Record {
     }
 }
 
-/// The curves of `summary`: a plot for each figure, a curve for each group.
+/// Returns the curves of `summary`: a plot for each figure, a curve for each group.
 fn curves(summary: &SweepSummary) -> CurvePlots {
-    let axis = SweepTimeline::of(summary);
-    let plots = plots(summary).into_iter();
-    let plots = plots.map(|(entity, title, figure)| {
+    let axis = SweepTimeline::new(summary);
+    let plots = plots(summary).into_iter().map(|(entity, title, figure)| {
         let curves = summary.groups().map(|rows| {
             let name = summary.slower(rows, |_| true, |column, value| column.with_unit(&value));
             (name, axis.curve(rows, figure))
@@ -110,8 +109,8 @@ struct SweepTimeline {
 }
 
 impl SweepTimeline {
-    /// The coarsest timeline that represents every value.
-    fn of(summary: &SweepSummary) -> Self {
+    /// Creates the coarsest timeline that represents every value.
+    fn new(summary: &SweepSummary) -> Self {
         let name = key(&summary.main.name);
         let fits = |units: f64| {
             let values = summary.rows().iter().map(RowSummary::number);
@@ -122,10 +121,12 @@ impl SweepTimeline {
             KnobKind::Rate => ["hz", "millihz", "microhz"],
             _ => ["", "_thousandths", "_millionths"],
         };
-        let (unit, units) = match () {
-            () if fits(1.0) => (suffixes[0], 1.0),
-            () if fits(1e3) => (suffixes[1], 1e3),
-            () => (suffixes[2], 1e6),
+        let (unit, units) = if fits(1.0) {
+            (suffixes[0], 1.0)
+        } else if fits(1e3) {
+            (suffixes[1], 1e3)
+        } else {
+            (suffixes[2], 1e6)
         };
         let name = match name.strip_suffix(suffixes[0]) {
             Some(stem) => format!("{stem}{unit}"),
@@ -134,10 +135,12 @@ impl SweepTimeline {
         Self { name, units }
     }
 
-    /// The rows with this figure.
+    /// Returns the rows with this figure.
     fn curve(&self, rows: &[RowSummary], figure: impl Fn(&RowSummary) -> Option<f64>) -> Curve {
-        let points = rows.iter().enumerate();
-        let points = points.filter_map(|(index, row)| Some((self.place(index, row), figure(row)?)));
+        let points = rows
+            .iter()
+            .enumerate()
+            .filter_map(|(index, row)| Some((self.place(index, row), figure(row)?)));
         let mut points: Curve = points.collect();
         points.sort_by_key(|(place, _)| *place);
         points
@@ -173,7 +176,7 @@ mod tests {
             ..Sweep::of(Arc::new(CartPole::default()), Config::default())
         };
         let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()));
-        let summary = SweepSummary::of(&swept.expect("swept"), true).expect("a summary");
+        let summary = SweepSummary::new(&swept.expect("swept"), true).expect("a summary");
         let drawn = curves(&summary);
         assert_eq!(drawn.axis, "control_millihz");
         let plot = |name: &str| {

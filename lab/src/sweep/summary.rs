@@ -65,7 +65,7 @@ pub struct SweepGrid<'s> {
 }
 
 impl SweepGrid<'_> {
-    /// Width of the names and the heading (characters).
+    /// Returns the width of the names and the heading (characters).
     pub fn wide(&self) -> usize {
         let names = self.groups.iter().map(|(name, _)| name);
         let widths = names
@@ -80,33 +80,35 @@ impl SweepSummary {
     ///
     /// # Errors
     /// [`Error`] if the theory fails, or the sweep has no axis.
-    pub fn of(swept: &Swept, wanted: bool) -> Result<Self, Error> {
+    pub fn new(swept: &Swept, wanted: bool) -> Result<Self, Error> {
         let sweep = swept.sweep();
-        let main = columns::main(sweep);
-        let main = main.ok_or_else(|| Error::BadInput("nothing is swept".to_owned()))?;
-        let parts = parts::of(swept.finished().map(|(_, outcome)| outcome));
+        let main =
+            columns::main(sweep).ok_or_else(|| Error::BadInput("nothing is swept".to_owned()))?;
+        let parts = parts::columns(swept.finished().map(|(_, outcome)| outcome));
         let mut finished = swept.finished();
-        let rows = swept.survival().map(|survival| {
-            let group = finished.by_ref().take(survival.runs);
-            let outcomes: Vec<&CellResult> = group.map(|(_, outcome)| outcome).collect();
-            let lost = outcomes.iter().filter(|o| o.is_lost());
-            let held = outcomes.iter().filter(|o| !o.is_lost());
-            let said = wanted.then(|| RowTheory::of(&sweep.config(&survival.cell)));
-            Ok(RowSummary {
-                value: main.short(sweep, &survival.cell),
-                mean_latency_s: mean(outcomes.iter().filter_map(|o| o.mean_latency_s)),
-                push_age_s: mean(outcomes.iter().filter_map(|o| Some(o.push_age?.late_s))),
-                cost: mean(held.filter_map(|o| o.cost)),
-                lost_at_s: median(lost.map(|o| o.sim_time.as_secs_f64())),
-                theory: said.transpose()?.unwrap_or_default(),
-                parts: parts
-                    .iter()
-                    .map(|part| mean(outcomes.iter().filter_map(|o| part.of(o))))
-                    .collect(),
-                survival,
+        let rows = swept
+            .survival()
+            .map(|survival| {
+                let group = finished.by_ref().take(survival.runs);
+                let outcomes: Vec<&CellResult> = group.map(|(_, outcome)| outcome).collect();
+                let lost = outcomes.iter().filter(|o| o.is_lost());
+                let held = outcomes.iter().filter(|o| !o.is_lost());
+                let said = wanted.then(|| RowTheory::predict(&sweep.config(&survival.cell)));
+                Ok(RowSummary {
+                    value: main.short(sweep, &survival.cell),
+                    mean_latency_s: mean(outcomes.iter().filter_map(|o| o.mean_latency_s)),
+                    push_age_s: mean(outcomes.iter().filter_map(|o| Some(o.push_age?.late_s))),
+                    cost: mean(held.filter_map(|o| o.cost)),
+                    lost_at_s: median(lost.map(|o| o.sim_time.as_secs_f64())),
+                    theory: said.transpose()?.unwrap_or_default(),
+                    parts: parts
+                        .iter()
+                        .map(|part| mean(outcomes.iter().filter_map(|o| part.value(o))))
+                        .collect(),
+                    survival,
+                })
             })
-        });
-        let rows = rows.collect::<Result<Vec<RowSummary>, Error>>()?;
+            .collect::<Result<Vec<RowSummary>, Error>>()?;
         Ok(Self {
             runs: rows.iter().map(|row| row.survival.runs).sum(),
             cells: sweep.cells().unwrap_or(0),
@@ -119,39 +121,40 @@ impl SweepSummary {
         })
     }
 
-    /// All rows.
+    /// Returns all rows.
     pub fn rows(&self) -> &[RowSummary] {
         &self.rows
     }
 
-    /// The edges that theory draws between neighbours.
+    /// Returns the edges that theory draws between neighbours.
     pub fn edges(&self) -> Vec<Edge> {
         let within = self
             .groups()
             .flat_map(|rows| rows.iter().zip(rows.iter().skip(1)));
         let groups = self.groups().zip(self.groups().skip(1));
-        let between = groups.filter(|_| self.is_plane());
-        let between = between.flat_map(|(rows, next)| rows.iter().zip(next));
+        let between = groups
+            .filter(|_| self.is_plane())
+            .flat_map(|(rows, next)| rows.iter().zip(next));
         let neighbours = within.chain(between);
         neighbours
             .filter_map(|(row, next)| row.edge(next))
             .collect()
     }
 
-    /// Whether the groups differ in one thing only, so that those that follow each other
+    /// Returns whether the groups differ in one thing only, so that groups that follow each other
     /// are neighbours.
     pub fn is_plane(&self) -> bool {
         let several = self.sweep.axes.iter().filter(|axis| axis.values.len() > 1);
         several.filter(|axis| axis.name != self.main.name).count() == 1
     }
 
-    /// The values that distinguish a group from the others.
+    /// Returns the values that distinguish a group from the others.
     fn group_name(&self, rows: &[RowSummary]) -> String {
         let several = |column: &Column| column.count(&self.sweep) > 1;
         self.slower(rows, several, |_, value| value)
     }
 
-    /// The values of the slower knobs that are `wanted`, each as `told`, in a group.
+    /// Returns the values of the slower knobs that are `wanted`, each as `told`, in a group.
     pub fn slower(
         &self,
         rows: &[RowSummary],
@@ -161,7 +164,7 @@ impl SweepSummary {
         let Some(row) = rows.first() else {
             return String::new();
         };
-        let columns = columns::of(&self.sweep).into_iter();
+        let columns = columns::all(&self.sweep).into_iter();
         let slower = columns.filter(|column| column.name != self.main.name && wanted(column));
         let parts = slower.map(|column| {
             let value = column.short(&self.sweep, &row.survival.cell);
@@ -170,7 +173,7 @@ impl SweepSummary {
         parts.collect::<Vec<_>>().join(" ")
     }
 
-    /// The rows in lines and columns.
+    /// Returns the rows in lines and columns.
     pub fn grid(&self) -> SweepGrid<'_> {
         let groups = self.groups().map(|rows| (self.group_name(rows), rows));
         let values = self.groups().next().unwrap_or_default().iter();
@@ -188,12 +191,12 @@ impl SweepSummary {
 }
 
 impl RowSummary {
-    /// The edge that theory draws between this row and the next.
+    /// Returns the edge that theory draws between this row and the next.
     pub fn edge(&self, next: &Self) -> Option<Edge> {
         Edge::between(self.theory, next.theory)
     }
 
-    /// The value of the fastest knob, if it is a number.
+    /// Returns the value of the fastest knob, if it is a number.
     pub fn number(&self) -> f64 {
         self.value.parse().unwrap_or(f64::NAN)
     }
@@ -204,7 +207,7 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// The median; the lower of the two middle values of an even number.
+/// Returns the median; the lower of the two middle values of an even number.
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);

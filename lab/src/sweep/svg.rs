@@ -33,9 +33,9 @@ const THEME: Theme = Theme {
     look: Look::Light,
 };
 
-/// The heat map of a sweep.
+/// Returns the heat map of a sweep.
 pub fn svg(summary: &SweepSummary) -> String {
-    let map = HeatMap::of(summary);
+    let map = HeatMap::new(summary);
     let head = map::head(summary, &THEME).into_iter();
     let mut lines: Vec<String> = head.map(|(name, text)| format!("{name}: {text}")).collect();
     let most = summary.sweep.seeds.len();
@@ -70,7 +70,7 @@ struct HeatMap<'s> {
 }
 
 impl<'s> HeatMap<'s> {
-    fn of(summary: &'s SweepSummary) -> Self {
+    fn new(summary: &'s SweepSummary) -> Self {
         let grid = summary.grid();
         let counts = summary
             .rows()

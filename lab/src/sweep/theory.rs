@@ -18,11 +18,11 @@ pub struct RowTheory {
 }
 
 impl RowTheory {
-    /// The prediction for the run of `config`; an empty one if theory has none.
+    /// Predicts the run of `config` by theory; the prediction is empty if theory has none.
     ///
     /// # Errors
     /// [`Error::Unfinished`] if the plant cannot be linearised.
-    pub fn of(config: &Config) -> Result<Self, Error> {
+    pub fn predict(config: &Config) -> Result<Self, Error> {
         let mut theory = Self::default();
         match expected(&config.setup, config.world) {
             Ok(Expected::Growth(growth) | Expected::MeanSquare(growth)) => {
@@ -56,7 +56,7 @@ impl Edge {
     /// All edges.
     pub const ALL: [Self; 3] = [Self::Grows, Self::Sure, Self::Stands];
 
-    /// The edge between two adjacent rows, if there is one.
+    /// Returns the edge between two adjacent rows, if any.
     pub fn between(one: RowTheory, next: RowTheory) -> Option<Self> {
         let grows = |row: RowTheory| row.growth.map(|growth| growth >= 0.0);
         let differ = |one: Option<bool>, next: Option<bool>| {
@@ -65,16 +65,18 @@ impl Edge {
         // For a constant delay, stable means stable for any pattern.
         let sure = |row: RowTheory| row.sure.or(grows(row).map(|grows| !grows));
         let stands = |row: RowTheory| row.stands.map(|share| share >= 0.5);
-        match () {
-            () if differ(stands(one), stands(next)) => Some(Self::Stands),
-            () if stands(one).is_some() => None,
-            () if differ(grows(one), grows(next)) => Some(Self::Grows),
-            () if differ(sure(one), sure(next)) => Some(Self::Sure),
-            () => None,
+        if differ(stands(one), stands(next)) {
+            Some(Self::Stands)
+        } else if stands(one).is_some() {
+            None
+        } else if differ(grows(one), grows(next)) {
+            Some(Self::Grows)
+        } else {
+            differ(sure(one), sure(next)).then_some(Self::Sure)
         }
     }
 
-    /// The meaning of the edge.
+    /// Returns the meaning of the edge.
     pub fn text(self) -> &'static str {
         match self {
             Self::Grows => {

@@ -39,7 +39,7 @@ pub struct RunTables {
 }
 
 impl RunTables {
-    /// The tables of `recording`, a run of this `system` or of another one.
+    /// Creates the tables of `recording`, a run of this `system` or of another one.
     pub fn new(recording: &Arc<Recording>, system: &Arc<dyn System>) -> Self {
         let mut replay = Replay::new(recording.clone(), system);
         replay.advance_to(Time::MAX);
@@ -52,12 +52,16 @@ impl RunTables {
         }
     }
 
-    /// The tables that there are: of all nodes, and of the topics whose messages were recorded.
+    /// Returns the tables that there are: of all nodes, and of the topics whose messages were
+    /// recorded.
     pub fn subjects(&self) -> Vec<TableSubject> {
         let Recording { run, fields, .. } = &*self.recording;
-        let topics = fields.iter().zip(&run.topics).enumerate();
-        let topics = topics.filter(|(_, (fields, rows))| !fields.is_empty() || !rows.is_empty());
-        let topics = topics.map(|(topic, _)| TableSubject::Topic(topic));
+        let topics = fields
+            .iter()
+            .zip(&run.topics)
+            .enumerate()
+            .filter(|(_, (fields, rows))| !fields.is_empty() || !rows.is_empty())
+            .map(|(topic, _)| TableSubject::Topic(topic));
         let nodes = (0..run.ticks.len()).map(TableSubject::Node);
         topics
             .chain(nodes)
@@ -65,7 +69,7 @@ impl RunTables {
             .collect()
     }
 
-    /// The name of a table.
+    /// Returns the name of a table.
     pub fn name(&self, subject: TableSubject) -> String {
         let topology = &self.recording.origin.topology;
         match subject {
@@ -76,7 +80,7 @@ impl RunTables {
         }
     }
 
-    /// The first line of a table: the names of its columns.
+    /// Returns the first line of a table: the names of its columns.
     pub fn header(&self, subject: TableSubject) -> String {
         let names = match subject {
             TableSubject::Topic(topic) => self.topic_columns(topic),
@@ -87,7 +91,7 @@ impl RunTables {
         row_of(apart(names))
     }
 
-    /// A table as text.
+    /// Returns a table as text.
     pub fn text(&self, subject: TableSubject) -> String {
         let rows = self.rows(subject).into_iter().map(row_of);
         let lines = [self.header(subject)].into_iter().chain(rows);
@@ -100,13 +104,14 @@ impl RunTables {
             TableSubject::Node(node) => self.ticks(node),
             TableSubject::Ages => self.ages.iter().flat_map(age_rows).collect(),
             TableSubject::Events => {
-                let events = self.recording.events.iter();
-                let events = events.map(|event| {
+                let events = self.recording.events.iter().map(|event| {
                     let text = event.to_string();
-                    let text = text
-                        .strip_prefix(&format!("{}: ", event.at))
-                        .unwrap_or(&text);
-                    vec![seconds(event.at), text.to_owned()]
+                    vec![
+                        seconds(event.at),
+                        text.strip_prefix(&format!("{}: ", event.at))
+                            .unwrap_or(&text)
+                            .to_owned(),
+                    ]
                 });
                 events.collect()
             }
@@ -114,7 +119,7 @@ impl RunTables {
     }
 }
 
-/// An age, then each of its parts.
+/// Returns an age, then each of its parts.
 fn age_rows(age: &RunAge) -> Vec<Vec<String>> {
     let row = |part: &str, owner: &str, ns: i64| {
         // The push itself keeps its name.
@@ -123,8 +128,10 @@ fn age_rows(age: &RunAge) -> Vec<Vec<String>> {
         let words = [&*of, &age.node, part, owner].map(str::to_owned);
         words.into_iter().chain([milliseconds(ns)]).collect()
     };
-    let parts = age.parts.iter();
-    let parts = parts.map(|part| row(part.stage.key(), &part.owner, part.ns));
+    let parts = age
+        .parts
+        .iter()
+        .map(|part| row(part.stage.key(), &part.owner, part.ns));
     [row("all", "", age.mean_ns)]
         .into_iter()
         .chain(parts)
@@ -135,7 +142,7 @@ fn owned(names: &[&str]) -> Vec<String> {
     names.iter().map(|name| (*name).to_owned()).collect()
 }
 
-/// The names as those of columns, each another one.
+/// Makes the names of columns distinct.
 fn apart(names: Vec<String>) -> Vec<String> {
     let mut known: Vec<String> = Vec::new();
     for name in names {
@@ -148,17 +155,17 @@ fn apart(names: Vec<String>) -> Vec<String> {
     known
 }
 
-/// A run time in seconds.
+/// Returns a run time in seconds.
 fn seconds(at: Time) -> String {
     at.as_secs_f64().to_string()
 }
 
-/// A duration in milliseconds.
+/// Returns a duration in milliseconds.
 fn milliseconds(ns: i64) -> String {
     (ns as f64 / 1e6).to_string()
 }
 
-/// How long `later` is after `earlier` (ms): less than zero after an error of a clock.
+/// Returns how long `later` is after `earlier` (ms): less than zero after an error of a clock.
 fn between(earlier: Time, later: Time) -> String {
     let ns = i128::from(later.as_nanos()) - i128::from(earlier.as_nanos());
     milliseconds(i64::try_from(ns).unwrap_or(i64::MAX))

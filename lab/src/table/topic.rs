@@ -28,7 +28,7 @@ const UNITS: [(&str, &str, f64); 3] = [
     ("(ns)", "(ms)", 1e6),
 ];
 
-/// The name of a number in the tables, and by what it is divided.
+/// Returns the name of a number in the tables, and by what it is divided.
 fn converted(name: &str) -> (String, f64) {
     let mut units = UNITS.into_iter();
     let known = units.find_map(|(end, other, divisor)| {
@@ -40,7 +40,7 @@ fn converted(name: &str) -> (String, f64) {
 }
 
 impl RunTables {
-    /// The columns of the topic with this index.
+    /// Returns the columns of the topic with this index.
     pub(super) fn topic_columns(&self, topic: usize) -> Vec<String> {
         let (rows, fields) = (&self.recording.topics[topic], &self.recording.fields[topic]);
         let width = if rows.is_empty() {
@@ -50,42 +50,59 @@ impl RunTables {
         };
         // A file may lack names.
         let numbered = (fields.len() + 1..).map(|number| format!("number {number}"));
-        let fields = fields.iter().cloned().chain(numbered).take(width);
-        let fields = fields.map(|name| converted(&name).0);
-        owned(&COLUMNS).into_iter().chain(fields).collect()
+        owned(&COLUMNS)
+            .into_iter()
+            .chain(
+                fields
+                    .iter()
+                    .cloned()
+                    .chain(numbered)
+                    .take(width)
+                    .map(|name| converted(&name).0),
+            )
+            .collect()
     }
 
-    /// The messages of a topic.
+    /// Returns the messages of a topic.
     pub(super) fn messages(&self, topic: usize) -> Vec<Vec<String>> {
         let rows = self.recording.topics[topic].iter();
         let names = self.recording.fields[topic].iter();
         let divisors: Vec<f64> = names.map(|name| converted(name).1).collect();
-        let divisors = divisors.iter().copied().chain(iter::repeat(1.0));
-        let rows = rows.map(|(head, numbers)| {
-            let numbers = numbers.iter().zip(divisors.clone());
-            let numbers = numbers.map(|(number, divisor)| {
-                if number.is_nan() {
-                    String::new()
-                } else {
-                    (number / divisor).to_string()
-                }
-            });
-            self.head(topic, head).into_iter().chain(numbers).collect()
-        });
-        rows.collect()
+        let all_divisors = divisors.iter().copied().chain(iter::repeat(1.0));
+        rows.map(|(head, numbers)| {
+            self.head(topic, head)
+                .into_iter()
+                .chain(
+                    numbers
+                        .iter()
+                        .zip(all_divisors.clone())
+                        .map(|(number, divisor)| {
+                            if number.is_nan() {
+                                String::new()
+                            } else {
+                                (number / divisor).to_string()
+                            }
+                        }),
+                )
+                .collect()
+        })
+        .collect()
     }
 
-    /// A message of a topic without its numbers.
+    /// Returns a message of a topic without its numbers.
     fn head(&self, topic: usize, head: &Head) -> [String; COLUMNS.len()] {
         let sensed = sensing_of(head);
         let seq = head.seq;
-        let made = self.lineage.made_by(MessageId { topic, seq });
-        let made = made.map(|(node, index)| {
-            let tick = self.recording.ticks[node].get(index);
-            let tick = tick.map(|tick| tick.number.to_string());
-            let name = &self.recording.origin.topology.nodes[node].name;
-            (name.clone(), tick.unwrap_or_default())
-        });
+        let made = self
+            .lineage
+            .made_by(MessageId { topic, seq })
+            .map(|(node, index)| {
+                let tick = self.recording.ticks[node]
+                    .get(index)
+                    .map(|tick| tick.number.to_string());
+                let name = &self.recording.origin.topology.nodes[node].name;
+                (name.clone(), tick.unwrap_or_default())
+            });
         let (node, tick) = made.unwrap_or_default();
         [
             head.seq.to_string(),

@@ -13,7 +13,7 @@ use tracks::{EventText, Tracks};
 
 use ratelab_recording::{Recording, end_of};
 
-/// The bytes of a trace of `recording`, a run of `system`.
+/// Returns the bytes of a trace of `recording`, a run of `system`.
 pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
     let lineage = recording.lineage().along(system.about().latency_path);
     let topology = lineage.topology();
@@ -24,7 +24,7 @@ pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
         let ticks = (0..).zip(lineage.ticks(node));
         let mut overruns = 0;
         for (index, worked) in ticks {
-            tick(&mut tracks, lane, &lineage, (node, index, worked));
+            tick(&mut tracks, lane, &lineage, node, index, worked);
             let more = worked.tick.overruns.saturating_sub(overruns);
             overruns = worked.tick.overruns;
             if more > 0 {
@@ -49,7 +49,7 @@ pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
     tracks.finish().encode_to_vec()
 }
 
-/// Whether `bytes` are a trace of this program, and nothing else.
+/// Returns whether `bytes` are a trace of this program, and nothing else.
 pub fn is_trace(bytes: &[u8]) -> bool {
     Trace::decode(bytes).is_ok_and(|trace| trace.encoded_len() == bytes.len())
 }
@@ -84,7 +84,9 @@ fn tick(
     tracks: &mut Tracks,
     lane: u64,
     lineage: &Lineage,
-    (node, index, worked): (usize, usize, &TracedTick),
+    node: usize,
+    index: usize,
+    worked: &TracedTick,
 ) {
     let tick = &worked.tick;
     let topology = lineage.topology();
@@ -102,10 +104,11 @@ fn tick(
     }
 }
 
-/// The messages first read in a tick, and those published by it.
+/// Returns the messages first read in a tick, and the messages published by it.
 fn flows(lineage: &Lineage, node: usize, index: usize, worked: &TracedTick) -> Vec<u64> {
-    let before = index.checked_sub(1);
-    let before = before.and_then(|before| lineage.ticks(node).nth(before));
+    let before = index
+        .checked_sub(1)
+        .and_then(|before| lineage.ticks(node).nth(before));
     let news = worked
         .reads()
         .filter(|read| before.is_none_or(|before| before.reads().all(|known| known != *read)));
@@ -115,7 +118,7 @@ fn flows(lineage: &Lineage, node: usize, index: usize, worked: &TracedTick) -> V
     flows
 }
 
-/// The number of a message, unique over all topics.
+/// Returns the number of a message, unique over all topics.
 fn flow(message: MessageId) -> u64 {
     let MessageId { topic, seq } = message;
     ((topic as u64 + 1) << 48) | seq
@@ -191,7 +194,7 @@ fn counters(tracks: &mut Tracks, recording: &Recording, lineage: &Lineage, syste
     }
 }
 
-/// Run time and age (ms) at both ends of each tooth of the sawtooth.
+/// Returns the run time and age (ms) at both ends of each tooth of the sawtooth.
 fn saw(lineage: &Lineage, node: usize, until: Time) -> Vec<(Time, f64)> {
     let pushes = lineage.pushes(node);
     let ends = pushes.iter().skip(1).map(|push| push.since).chain([until]);

@@ -1,4 +1,4 @@
-//! The messages of a Perfetto trace needed for a run: field numbers are those of
+//! The messages of a Perfetto trace needed for a run: field numbers as in
 //! `protos/perfetto/trace` in the Perfetto repository.
 
 use prost::Message;

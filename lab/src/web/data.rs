@@ -13,29 +13,33 @@ use crate::{
 };
 use ratelab_recording::{Recording, Replay};
 
-/// Maximum number of steps on the page: those of a minute at 50 Hz. Of a longer run it
+/// Maximum number of steps on the page: a minute at 50 Hz. Of a longer run it
 /// shows every second, third … step.
-const MOST_FRAMES: usize = 3_000;
+const MAX_FRAMES: usize = 3_000;
 
-/// What the script of the page reads of the run in `recording`, which is called `setting` on the
-/// slider: its title, its summary in a few lines, and its data over time.
+/// Returns what the script of the page reads of the run in `recording`, which is called `setting`
+/// on the slider: its title, its summary in a few lines, and its data over time.
 pub fn data(recording: &Arc<Recording>, program: &Program, setting: &str) -> Value {
     let mut replay = Replay::new(recording.clone(), &program.system);
     replay.advance_to(Time::MAX);
     let system = replay.system();
     let summary = replay.summary();
-    let name = recording.path.file_stem().unwrap_or_default();
-    let name = name.to_string_lossy();
-    let title = match setting.is_empty() {
-        true => name.into_owned(),
-        false => format!("{setting} ({name})"),
+    let name = recording
+        .path
+        .file_stem()
+        .unwrap_or_default()
+        .to_string_lossy();
+    let title = if setting.is_empty() {
+        name.into_owned()
+    } else {
+        format!("{setting} ({name})")
     };
     json!({
         "title": title,
         "setting": setting,
         "verdict": summary.verdict.to_string(),
         "lost": summary.verdict.is_lost(),
-        "summary": text::of(&**system, &summary, &ReportContext::default()),
+        "summary": text::render(&**system, &summary, &ReportContext::default()),
         "end": ms(recording.until),
         "nodes": nodes(recording),
         "topics": topics(recording),
@@ -45,8 +49,8 @@ pub fn data(recording: &Arc<Recording>, program: &Program, setting: &str) -> Val
     })
 }
 
-/// The limits of the push age at the start of the run in `recording`, the least first: each in ms
-/// and with what happens beyond it; null if none is known.
+/// Returns the limits of the push age at the start of the run in `recording`, the least first: each
+/// in ms and with what happens beyond it; null if none is known.
 pub fn limits(recording: &Recording, system: &dyn System) -> Value {
     let limits = system.age_limits(&recording.origin.config.setup);
     let limits = [
@@ -65,7 +69,7 @@ pub fn limits(recording: &Recording, system: &dyn System) -> Value {
     }
 }
 
-/// Run time in milliseconds.
+/// Returns the run time in milliseconds.
 fn ms(at: Time) -> f64 {
     (at.as_secs_f64() * 1e4).round() / 10.0
 }
@@ -75,31 +79,35 @@ fn short(value: f64) -> Value {
     json!((value * 1e3).round() / 1e3)
 }
 
-/// The nodes with their ticks and their rates over time.
+/// Returns the nodes with their ticks and their rates over time.
 fn nodes(recording: &Recording) -> Value {
-    let nodes = recording.origin.topology.nodes.iter();
-    let nodes = nodes.zip(&recording.ticks).map(|(node, ticks)| {
-        let turned = recording.events.iter().filter_map(Event::knob);
-        let rates = turned.filter_map(|timed| match timed.knob {
-            Knob::Rate { node: of, hz } if of == node.name => Some(json!([ms(timed.at), hz.get()])),
-            _ => None,
+    let nodes = recording
+        .origin
+        .topology
+        .nodes
+        .iter()
+        .zip(&recording.ticks)
+        .map(|(node, ticks)| {
+            let turned = recording.events.iter().filter_map(Event::knob);
+            let rates = turned.filter_map(|timed| match timed.knob {
+                Knob::Rate { node: of, hz } if of == node.name => {
+                    Some(json!([ms(timed.at), hz.get()]))
+                }
+                _ => None,
+            });
+            let first = [json!([0, node.hz.get()])];
+            json!({
+                "name": node.name,
+                "rates": first.into_iter().chain(rates).collect::<Vec<_>>(),
+                "ticks": thinned(ticks).map(|tick| ms(tick.at)).collect::<Vec<_>>(),
+            })
         });
-        let first = [json!([0, node.hz.get()])];
-        json!({
-            "name": node.name,
-            "rates": first.into_iter().chain(rates).collect::<Vec<_>>(),
-            "ticks": thinned(ticks).map(|tick| ms(tick.at)).collect::<Vec<_>>(),
-        })
-    });
     nodes.collect()
 }
 
-/// The topics that are read: messages and drops over time.
+/// Returns the topics that are read: messages and drops over time.
 fn topics(recording: &Recording) -> Value {
-    let topics = recording.origin.topology.topics.iter();
-    let topics = topics.zip(&recording.topics);
-    let topics = topics.filter(|(topic, _)| !topic.readers.is_empty());
-    let topics = topics.map(|(topic, rows)| {
+    let topics = recording.origin.topology.topics.iter().zip(&recording.topics).filter(|(topic, _)| !topic.readers.is_empty()).map(|(topic, rows)| {
         let heads: Vec<&Head> = thinned(rows.heads()).collect();
         json!({
             "name": topic.name,
@@ -114,11 +122,13 @@ fn topics(recording: &Recording) -> Value {
     topics.collect()
 }
 
-/// The picture and the push age of the last second at each step of the plant.
+/// Returns the picture and the push age of the last second at each step of the plant.
 fn plant(recording: &Recording, system: &dyn System) -> Value {
     let empty = Rows::default();
-    let rows = system.state().and_then(|state| recording.rows(state));
-    let rows = rows.unwrap_or(&empty);
+    let rows = system
+        .state()
+        .and_then(|state| recording.rows(state))
+        .unwrap_or(&empty);
     let steps: Vec<usize> = thinned(&(0..rows.len()).collect::<Vec<_>>())
         .copied()
         .collect();
@@ -145,7 +155,7 @@ fn plant(recording: &Recording, system: &dyn System) -> Value {
     })
 }
 
-/// The mean push age of the last second at each step of the plant (ms).
+/// Returns the mean push age of the last second at each step of the plant (ms).
 fn push_ages(steps: &[Head]) -> Vec<Option<f64>> {
     let mut age = PushAge::default();
     let ages = steps.iter().map(|step| {
@@ -158,7 +168,7 @@ fn push_ages(steps: &[Head]) -> Vec<Option<f64>> {
     ages.collect()
 }
 
-/// The shapes that are the same in all pictures.
+/// Returns the shapes that are the same in all pictures.
 fn still(pictures: &[Picture]) -> Vec<&(Style, Shape)> {
     let Some((first, rest)) = pictures.split_first() else {
         return Vec::new();
@@ -169,7 +179,7 @@ fn still(pictures: &[Picture]) -> Vec<&(Style, Shape)> {
         .collect()
 }
 
-/// A shape as a list: style, kind, numbers.
+/// Returns a shape as a list: style, kind, numbers.
 fn shape((style, shape): &(Style, Shape)) -> Value {
     let numbers = |kind: &str, numbers: &[f64]| {
         let head = [json!(style), json!(kind)].into_iter();
@@ -188,7 +198,7 @@ fn shape((style, shape): &(Style, Shape)) -> Value {
     }
 }
 
-/// The first signal of the system over time.
+/// Returns the first signal of the system over time.
 fn signal(recording: &Recording, system: &dyn System) -> Value {
     let signal = system.signals().first();
     let rows = signal.and_then(|signal| Some((signal, recording.rows(signal.topic)?)));
@@ -206,18 +216,20 @@ fn signal(recording: &Recording, system: &dyn System) -> Value {
     })
 }
 
-/// What was done during the run, in words.
+/// Returns what was done during the run, in words.
 fn events(recording: &Recording) -> Value {
-    let events = recording.events.iter();
-    let events = events.filter(|event| !matches!(event.applied(), Some(Command::Resume)));
+    let events = recording
+        .events
+        .iter()
+        .filter(|event| !matches!(event.applied(), Some(Command::Resume)));
     events
         .map(|event| json!([ms(event.at), event.to_string()]))
         .collect()
 }
 
-/// Not more than [`MOST_FRAMES`] of `items`, evenly.
+/// Not more than [`MAX_FRAMES`] of `items`, evenly.
 fn thinned<T>(items: &[T]) -> impl Iterator<Item = &T> {
     items
         .iter()
-        .step_by(items.len().div_ceil(MOST_FRAMES).max(1))
+        .step_by(items.len().div_ceil(MAX_FRAMES).max(1))
 }

@@ -15,8 +15,8 @@ const PAGE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
-/// A page with the [`data`] of `runs`, in the order of its slider, and a picture as SVG for readers without
-/// JavaScript.
+/// Returns a page with the [`data`] of `runs`, in the order of its slider, and a picture as SVG for
+/// readers without JavaScript.
 pub fn page(system: &str, quantity: &str, runs: &[Value], picture: &str) -> String {
     let data = serde_json::json!({ "quantity": quantity, "runs": runs }).to_string();
     let texts = runs.iter().map(|run| {
@@ -37,7 +37,7 @@ pub fn page(system: &str, quantity: &str, runs: &[Value], picture: &str) -> Stri
     filled(PAGE, &parts)
 }
 
-/// `page` with each place filled once: a part may contain what looks like a place.
+/// Returns `page` with each place filled once: a part may contain what looks like a place.
 fn filled(page: &str, parts: &[(&str, String)]) -> String {
     let place = |(name, text)| page.find(name).map(|at| (at, name, text));
     let first = parts.iter().map(|(name, text)| (*name, text));

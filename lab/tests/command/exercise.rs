@@ -31,7 +31,7 @@ fn a_rescue_by_hand_is_judged_from_its_recording() {
         ("rescued.rrd", &["comes with ratelab, record your own"]),
     ] {
         let output = folder.does(&format!("exercise 5 --session {name}"));
-        let said = Said::of(&output.stdout);
+        let said = Said::new(&output.stdout);
         assert_eq!(output.status.code(), Some(1), "{name}: {said:?}");
         let refused = said.starts_with('✖') && whys.iter().any(|why| said.contains(why));
         assert!(refused, "{name}: {said:?}");

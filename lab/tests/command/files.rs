@@ -256,7 +256,7 @@ impl Cell<'_> {
         let output = self.run(&folder, file);
         let after = found(&path);
         let said = [&output.stderr, &output.stdout]
-            .map(|bytes| Said::of(bytes).0)
+            .map(|bytes| Said::new(bytes).0)
             .concat();
         let expected = self.expected();
         let (code, part) = expected.split_once(' ').unwrap_or((&expected, ""));

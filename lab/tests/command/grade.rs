@@ -193,7 +193,7 @@ const PLAYED: [Hiding<'_>; 10] = [
     ("s11", "", "true", "edited: changed after ratelab wrote it"),
     ("s12", "1 --predict '9 because the pole is slow'", "false", "copied_reason: the words of s1"),
     ("s13", "1 --predict '30 because nobody knows it'", "false", "redone: later 7.5 Hz"),
-    ("s14", "", "true", "edited: without a mark\nno_reason: is no reason"),
+    ("s14", "", "true", "edited: without a mark\nno_reason: is not a reason"),
     ("s15", "1 --predict '40 because of the sensor'", "false", ""),
     ("s16", "10 --predict 'policy slow because it looks so' --seed 3", "", ""),
     ("s17", "10 --predict 'policy slow because I guess so' --seed 3", "",

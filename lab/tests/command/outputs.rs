@@ -124,15 +124,15 @@ fn two_signals_at_once_leave_a_recording_that_is_whole_or_told() {
     send("-CONT", child.id());
     let output = child.wait_with_output().expect("ended");
     assert_eq!(output.status.code(), Some(143));
-    let said = Said::of(&output.stderr);
+    let said = Said::new(&output.stderr);
     if said.contains("before the recording was complete") {
         // A run at full speed may be cut off before anything of it is in the file.
         let info = folder.does("info run.rrd");
         if info.status.success() {
-            Said::of(&info.stdout).has("as far as the file is good");
+            Said::new(&info.stdout).has("as far as the file is good");
         } else {
             assert_eq!(info.status.code(), Some(2));
-            Said::of(&info.stderr).has("nothing in this recording is whole");
+            Said::new(&info.stderr).has("nothing in this recording is whole");
         }
     } else {
         folder.says("verify run.rrd").has("identical");
@@ -155,7 +155,7 @@ fn end((child, mut rows): (Child, ChildStderr), signal: &str, code: i32) {
     io::copy(&mut rows, &mut io::sink()).expect("rows");
     let output = child.wait_with_output().expect("ended");
     assert_eq!(output.status.code(), Some(code), "{signal}");
-    Said::of(&output.stdout).has("STOPPED");
+    Said::new(&output.stdout).has("STOPPED");
 }
 
 #[test]
@@ -204,7 +204,7 @@ fn a_signal_ends_the_runs_at_other_phases_and_prints_what_is_done() {
     Said(said).has("of 1000 runs at other phases: the result is of these");
     let output = child.wait_with_output().expect("ended");
     assert_eq!(output.status.code(), Some(143));
-    Said::of(&output.stdout).has("BALANCED").has("by seed 0");
+    Said::new(&output.stdout).has("BALANCED").has("by seed 0");
 }
 
 #[test]
@@ -247,7 +247,7 @@ fn no_path_or_name_has_an_effect_on_the_terminal_and_runs_with_such_a_policy_ver
         let output = folder.does(&line.replace('@', evil));
         let success = output.status.success().to_string();
         assert_eq!(success, succeeds, "{line}: {output:?}");
-        let printed = [&output.stdout, &output.stderr].map(|bytes| Said::of(bytes).0);
+        let printed = [&output.stdout, &output.stderr].map(|bytes| Said::new(bytes).0);
         let printed = Said(printed.concat());
         assert!(!printed.is_empty(), "{line}");
         let raw = printed.chars().find(|c| c.is_control() && *c != '\n');

@@ -197,7 +197,7 @@ fn what_kills_a_policy_is_said_and_its_recording_is_verified_without_it() {
            raise ValueError('no such file: ' + 300 * 'x') | saying "ValueError: no such file: xxx
            say('hello') | answered "hello": expected {"id":10,"action":0.5}
            say('x' * 70000) | a line of more than 64 KiB
-           os.write(1, bytes([255, 10])) | bytes that are no text"#,
+           os.write(1, bytes([255, 10])) | bytes that are not text"#,
     ) {
         tenth(&folder, &code);
         let printed = folder.says(&format!("{run} --record run.rrd"));

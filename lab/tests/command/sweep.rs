@@ -12,7 +12,7 @@ fn sweep(options: &str) -> Said {
     let output = Folder::new().does(&format!("sweep {options}"));
     let silent = output.status.success() && output.stderr.is_empty();
     assert!(silent, "{output:?}");
-    Said::of(&output.stdout)
+    Said::new(&output.stdout)
 }
 
 #[track_caller]
@@ -124,5 +124,5 @@ fn an_interrupt_keeps_the_finished_runs_and_prints_their_number() {
     assert_eq!(swept["complete"], false);
     assert_eq!(list(&swept["cells"]).len() as u64, done);
     assert_eq!(folder.read("rows.csv").lines().count() as u64, done + 1);
-    Said::of(&output.stderr).has(&format!("{done} of 100000 runs"));
+    Said::new(&output.stderr).has(&format!("{done} of 100000 runs"));
 }

@@ -67,18 +67,18 @@ impl Traced {
     fn new() -> Self {
         let knobs = "--knob 'link /action delay:12' --knob 'wakes sensor 2'";
         let options = format!("--world own --knob 'takes policy 30' {knobs}");
-        Self::of(&Folder::new(), &options)
+        Self::run(&Folder::new(), &options)
     }
 
     /// A run of the graph file `text`.
-    fn of_graph(text: &str) -> Self {
+    fn run_graph(text: &str) -> Self {
         let folder = Folder::new();
         folder.write("graph.toml", format!("name = \"graph\"\n{text}"));
-        Self::of(&folder, "graph.toml")
+        Self::run(&folder, "graph.toml")
     }
 
     /// Two seconds of virtual time with these options.
-    fn of(folder: &Folder, options: &str) -> Self {
+    fn run(folder: &Folder, options: &str) -> Self {
         let record = "--clock virtual --duration-s 2 --record run.rrd --json";
         // Some graphs miss their goal.
         let ran = folder.does(&format!("run {options} {record}"));
@@ -153,7 +153,7 @@ fn messages_flow_from_tick_to_tick_and_the_age_is_that_of_the_run() {
 
 #[test]
 fn a_message_that_waits_for_a_match_is_a_slice_before_the_tick() {
-    let trace = Traced::of_graph(
+    let trace = Traced::run_graph(
         r#"
         [node]
         clock = { rate = 10, publishes = ["/tick"] }
@@ -205,7 +205,7 @@ fn no_slices_of_a_track_overlap_but_those_within_a_tick_set_aside() {
         } else {
             " }"
         };
-        let trace = Traced::of_graph(&graph.replace("KIND", kind).replace(" }", group));
+        let trace = Traced::run_graph(&graph.replace("KIND", kind).replace(" }", group));
         let within_ticks = kind == "fixed-priority:1";
         let overlaps = overlaps(&trace).into_iter();
         let overlaps = overlaps.filter(|(track, _)| !within_ticks || track.contains("waits"));
@@ -215,7 +215,7 @@ fn no_slices_of_a_track_overlap_but_those_within_a_tick_set_aside() {
 
 #[test]
 fn who_is_in_the_same_group_is_waited_for_while_a_thread_is_free() {
-    let trace = Traced::of_graph(
+    let trace = Traced::run_graph(
         r#"
         executor.e.kind = "multi:4"
         [node]
@@ -238,7 +238,7 @@ fn plans_are_bars_that_do_not_overlap_with_the_part_that_was_played() {
          2 | --chunk 20 --think-ms 60 --play arrival --refill 0
          0 |",
     ) {
-        let trace = Traced::of(&Folder::new(), &format!("--world own {options}"));
+        let trace = Traced::run(&Folder::new(), &format!("--world own {options}"));
         let plans = |name: &&String| name.starts_with("/chunk ");
         let names: Vec<&String> = trace.tracks.keys().filter(plans).collect();
         assert_eq!(names.len().to_string(), lanes, "{options}: {names:?}");

@@ -20,11 +20,11 @@ fn without_a_viewer_the_run_goes_on_with_one_line() {
     let (_, nobody) = silent_viewer();
     for (address, why) in [
         (&*nobody, "no viewer listens at 127.0.0.1"),
-        ("nonsense", "is no address of a viewer"),
+        ("nonsense", "is not the address of a viewer"),
     ] {
         let output = folder.does(&format!("{RUN} --rerun {address}"));
         let note = error_line(address, &output, 0);
-        assert_eq!(Said::of(&output.stdout), plain);
+        assert_eq!(Said::new(&output.stdout), plain);
         assert!(note.starts_with("note: --rerun: "), "{note:?}");
         note.has(why);
     }

@@ -139,10 +139,14 @@ fn pages_in(folder: &str) -> Vec<String> {
     let names = entries.map(|entry| entry.expect(folder).file_name());
     let paths = names.map(|name| format!("{folder}/{}", name.display()));
     paths
-        .flat_map(|path| match root().join(&path).is_dir() {
-            true => pages_in(&path),
-            false if path.ends_with(".md") => vec![path],
-            false => Vec::new(),
+        .flat_map(|path| {
+            if root().join(&path).is_dir() {
+                pages_in(&path)
+            } else if path.ends_with(".md") {
+                vec![path]
+            } else {
+                Vec::new()
+            }
         })
         .collect()
 }

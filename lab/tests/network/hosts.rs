@@ -40,7 +40,7 @@ impl Cable {
 
     /// Starts a process on machine `side`.
     fn start(&self, side: usize, line: &str) -> Part {
-        Part::of(self.inside(side, RATELAB), line)
+        Part::start_command(self.inside(side, RATELAB), line)
     }
 
     /// Starts `program` there.
@@ -106,7 +106,7 @@ fn clocks_that_differ_by_a_day_make_no_age_wrong() {
     }
     let mut ratelab = shifted();
     ratelab.arg(RATELAB);
-    let _policy = Part::of(ratelab, &format!("policy --connect {ADDRESS}"));
+    let _policy = Part::start_command(ratelab, &format!("policy --connect {ADDRESS}"));
     let plant = format!("plant --listen {ADDRESS} --insecure --duration-s 2 --again");
     cable.start(0, &plant).balanced();
 }

@@ -27,11 +27,11 @@ pub struct Part {
 impl Part {
     /// Starts `ratelab node` with the options in `line`.
     pub fn start(line: &str) -> Self {
-        Self::of(Command::new(RATELAB), line)
+        Self::start_command(Command::new(RATELAB), line)
     }
 
     /// A part started by `command`, which starts ratelab.
-    pub fn of(mut command: Command, line: &str) -> Self {
+    pub fn start_command(mut command: Command, line: &str) -> Self {
         command.arg("node").args(words(line));
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn().expect("ratelab starts");

@@ -52,14 +52,14 @@ impl Steady {
     fn node(&self, line: &str) -> Part {
         let mut ratelab = Command::new(RATELAB);
         ratelab.current_dir(self.folder.path("")).arg("steady.toml");
-        Part::of(ratelab, line)
+        Part::start_command(ratelab, line)
     }
 
     /// A process with its graph file in `line`.
     fn part(&self, line: &str) -> Part {
         let mut ratelab = Command::new(RATELAB);
         ratelab.current_dir(self.folder.path(""));
-        Part::of(ratelab, line)
+        Part::start_command(ratelab, line)
     }
 
     /// A dashboard that looks on.
@@ -152,7 +152,7 @@ fn parts_that_share_the_plant_or_are_open_to_the_network_are_refused() {
 /// The last line of a process that connects and is refused.
 fn refused(folder: &Folder, line: &str, code: i32) -> Said {
     let output = folder.does(line);
-    let printed = Said::of(&output.stderr);
+    let printed = Said::new(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{line}: {printed:?}");
     let last = printed.lines().last();
     let error = last.and_then(|line| line.strip_prefix("error: "));
@@ -220,7 +220,7 @@ fn an_address_in_use_is_an_error() {
     let address = taken.local_addr().expect("bound");
     let output = Folder::new().does(&format!("node plant --listen tcp/{address}"));
     assert_eq!(output.status.code(), Some(1));
-    Said::of(&output.stderr).has(&format!("cannot listen on tcp/{address}"));
+    Said::new(&output.stderr).has(&format!("cannot listen on tcp/{address}"));
 }
 
 #[test]
@@ -271,9 +271,10 @@ fn an_attached_dashboard_and_each_process_record_what_they_see() {
     plant.printed();
     policy.interrupted();
     // Of a busy machine the last reports may be lost.
-    let verdict = match shows(&mut lab, ["waiting for all nodes", "all nodes gone for"]) {
-        true => "verdict   COMPLETED",
-        false => "verdict   ",
+    let verdict = if shows(&mut lab, ["waiting for all nodes", "all nodes gone for"]) {
+        "verdict   COMPLETED"
+    } else {
+        "verdict   "
     };
     Said(lab.quit("q")).has("recorded ");
     let folder = run.folder;
@@ -328,7 +329,7 @@ fn a_connection_that_fails_is_a_line_with_its_reason_and_ends_when_told() {
     ] {
         let line = format!("node policy --connect {address} --wait-s 1");
         let output = Folder::new().does(&line);
-        let printed = Said::of(&output.stderr);
+        let printed = Said::new(&output.stderr);
         assert_eq!(output.status.code(), Some(code), "{address}: {printed:?}");
         let notes = printed.has(why).matches("note: cannot");
         assert!(notes.count() <= 1, "{address}: {printed:?}");

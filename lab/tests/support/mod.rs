@@ -33,7 +33,7 @@ pub const RATELAB: &str = env!("CARGO_BIN_EXE_ratelab");
 pub struct Said(pub String);
 
 impl Said {
-    pub fn of(bytes: &[u8]) -> Self {
+    pub fn new(bytes: &[u8]) -> Self {
         Self(String::from_utf8(bytes.to_vec()).expect("UTF-8"))
     }
 
@@ -63,7 +63,7 @@ impl Deref for Said {
 /// The only error line of a command that has ended, with this status.
 #[track_caller]
 pub fn error_line(line: &str, output: &Output, code: i32) -> Said {
-    let said = Said::of(&output.stderr);
+    let said = Said::new(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{line}: {}", said.0);
     assert_eq!(said.lines().count(), 1, "{line}: {}", said.0);
     said
@@ -125,7 +125,7 @@ impl Folder {
     pub fn says(&self, line: &str) -> Said {
         let output = self.does(line);
         assert!(output.status.success(), "{line}: {output:?}");
-        Said::of(&output.stdout)
+        Said::new(&output.stdout)
     }
 
     /// The JSON that it prints, and nothing else.
@@ -138,7 +138,7 @@ impl Folder {
     #[track_caller]
     pub fn fails(&self, line: &str, code: i32) -> (Said, Said) {
         let output = self.does(line);
-        (error_line(line, &output, code), Said::of(&output.stdout))
+        (error_line(line, &output, code), Said::new(&output.stdout))
     }
 
     /// Plays rows of a script.
@@ -180,9 +180,12 @@ pub fn names(folder: impl AsRef<Path>) -> Vec<String> {
 /// The words of a command line; `'` around a word keeps its blanks.
 pub fn words(line: &str) -> impl Iterator<Item = &str> {
     let parts = line.split('\'').zip([false, true].into_iter().cycle());
-    parts.flat_map(|(part, quoted)| match quoted {
-        true => vec![part],
-        false => part.split_whitespace().collect(),
+    parts.flat_map(|(part, quoted)| {
+        if quoted {
+            vec![part]
+        } else {
+            part.split_whitespace().collect()
+        }
     })
 }
 

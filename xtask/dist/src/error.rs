@@ -31,7 +31,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// An error of the operating system during the action `what` on `path`.
+    /// Returns an error of the operating system during the action `what` on `path`.
     pub fn io(what: &str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         let what = format!("cannot {what} {}", path.display());
         move |why| Self::Io { what, why }

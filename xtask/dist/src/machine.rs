@@ -28,7 +28,7 @@ impl Machine {
     /// `SOURCE_DATE_EPOCH` in the environment replaces the date of the commit.
     ///
     /// # Errors
-    /// If there is no rustc.
+    /// If rustc is missing.
     pub fn ask(root: &Path) -> Result<Self, Error> {
         let silent = |what| Error::silent("rustc", what);
         let about = said(Command::new("rustc").arg("-vV")).ok_or_else(|| silent("version"))?;
@@ -49,25 +49,26 @@ impl Machine {
     pub fn folders(&self) -> Vec<String> {
         let known = [&self.root, &self.sysroot, &self.cargo_home, &home()];
         // Without a stroke at the end, which a variable may have.
-        let known = known.map(|folder| folder.components().collect::<PathBuf>());
-        let known = known.map(|folder| folder.display().to_string());
+        let texts = known
+            .map(|folder| folder.components().collect::<PathBuf>())
+            .map(|folder| folder.display().to_string());
         // The home of a service may be "/" or "".
-        known.into_iter().filter(|name| name.len() > 1).collect()
+        texts.into_iter().filter(|name| name.len() > 1).collect()
     }
 
-    /// The folder of the fetched MuJoCo.
+    /// Returns the folder of the fetched MuJoCo.
     #[must_use]
     pub fn mujoco(&self) -> PathBuf {
         self.root.join("xtask/mujoco")
     }
 
-    /// The folder for builds and packages.
+    /// Returns the folder for builds and packages.
     #[must_use]
     pub fn packages(&self) -> PathBuf {
         self.root.join("target/packages")
     }
 
-    /// Whether git finds no changes since the commit.
+    /// Returns whether git finds no changes since the commit.
     #[must_use]
     pub fn is_clean(&self) -> bool {
         let mut git = Command::new("git");
@@ -86,12 +87,13 @@ fn time(root: &Path) -> u64 {
     let mut git = Command::new("git");
     git.args(["log", "-1", "--no-show-signature", "--format=%ct"]);
     let given = env::var("SOURCE_DATE_EPOCH").ok();
-    let time = given.or_else(|| said(git.current_dir(root)));
-    let time = time.and_then(|time| time.parse().ok());
+    let time = given
+        .or_else(|| said(git.current_dir(root)))
+        .and_then(|time| time.parse().ok());
     time.unwrap_or(ZIP_BEGINS)
 }
 
-/// The output of `command`, if it runs and succeeds.
+/// Returns the output of `command`, if it runs and succeeds.
 pub(crate) fn said(command: &mut Command) -> Option<String> {
     let output = command.output().ok()?;
     let said = String::from_utf8(output.stdout).ok()?;

@@ -62,8 +62,8 @@ fn pack(root: &Path, linker: Linker) -> Result<(), Error> {
         viewer: licences::viewer(&machine)?,
     };
     let name = format!("ratelab-{version}-{ARCH}-{OS}");
-    let packed = tarball(&tree, &name, machine.time);
-    let packed = packed.map_err(Error::io("pack", Path::new(&name)))?;
+    let packed =
+        tarball(&tree, &name, machine.time).map_err(Error::io("pack", Path::new(&name)))?;
     let files = [
         (format!("{name}.tar.gz"), packed),
         (about.file_name(), wheel(&tree, &about)?),
@@ -71,7 +71,7 @@ fn pack(root: &Path, linker: Linker) -> Result<(), Error> {
     write(&machine.packages(), &files)
 }
 
-/// All files of a package, and pip's name for their platform.
+/// Returns all files of a package, and pip's name for their platform.
 fn tree(machine: &Machine, linker: Linker) -> Result<(Tree, String), Error> {
     let (platform, folder) = (Platform::host()?, machine.mujoco());
     mujoco::ensure(&folder, platform)?;

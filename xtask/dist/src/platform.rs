@@ -15,13 +15,16 @@ pub fn wheel_tag(files: &[&[u8]]) -> String {
         let arch = if ARCH == "aarch64" { "arm64" } else { ARCH };
         return format!("macosx_{}_{arch}", MACOS.replace('.', "_"));
     }
-    let newest = files.iter().map(|file| glibc(file)).max();
-    let newest = newest.unwrap_or(OLDEST_GLIBC);
+    let newest = files
+        .iter()
+        .map(|file| glibc(file))
+        .max()
+        .unwrap_or(OLDEST_GLIBC);
     format!("manylinux_2_{newest}_{ARCH}")
 }
 
-/// The glibc that a program or library needs, as N in 2.N: the newest version of any
-/// symbol in it, and at least the oldest known to pip.
+/// Returns the glibc that a program or library needs, as N in 2.N: the newest version of any symbol
+/// in it, and at least the oldest known to pip.
 #[must_use]
 pub fn glibc(file: &[u8]) -> u32 {
     const VERSION: &[u8] = b"GLIBC_2.";
@@ -31,7 +34,7 @@ pub fn glibc(file: &[u8]) -> u32 {
     newest.unwrap_or_default().max(OLDEST_GLIBC)
 }
 
-/// The number at the start of `bytes`, if it has one or two digits.
+/// Returns the number of one or two digits at the start of `bytes`.
 fn number(bytes: &[u8]) -> Option<u32> {
     let digits = bytes.iter().take_while(|byte| byte.is_ascii_digit());
     let digits: String = digits.map(|&byte| char::from(byte)).collect();

@@ -53,7 +53,7 @@ pub fn share(tree: &mut Tree, root: &Path, scratch: &Path) -> Result<(), Error> 
     Ok(())
 }
 
-/// The program, without cargo's help for finding its library.
+/// Returns the program, without cargo's help for finding its library.
 fn ratelab(program: &Path) -> Command {
     let mut command = Command::new(program);
     command.env_remove("LD_LIBRARY_PATH");
@@ -77,7 +77,7 @@ fn unpack(tree: &Tree, folder: &Path) -> Result<PathBuf, Error> {
     Ok(folder.join("bin/ratelab"))
 }
 
-/// The names of the files in `folder`.
+/// Returns the names of the files in `folder`.
 pub(crate) fn names(folder: &Path) -> Result<Vec<String>, Error> {
     let entries = fs::read_dir(folder).map_err(Error::io("read", folder))?;
     let names = entries.flatten().map(|entry| entry.file_name());
@@ -86,7 +86,7 @@ pub(crate) fn names(folder: &Path) -> Result<Vec<String>, Error> {
     Ok(names)
 }
 
-/// The content of `file`.
+/// Returns the content of `file`.
 pub(crate) fn read(file: &Path) -> Result<Vec<u8>, Error> {
     fs::read(file).map_err(Error::io("read", file))
 }

@@ -14,7 +14,7 @@ pub struct File {
 }
 
 impl File {
-    /// Its permissions on Unix.
+    /// Returns its permissions on Unix.
     #[must_use]
     pub fn mode(&self) -> u32 {
         if self.is_program { 0o755 } else { 0o644 }
@@ -43,7 +43,7 @@ impl Tree {
         self.0.insert(path.into(), file);
     }
 
-    /// All files, sorted by path.
+    /// Returns all files, sorted by path.
     pub fn files(&self) -> impl Iterator<Item = (&str, &File)> {
         self.0.iter().map(|(path, file)| (path.as_str(), file))
     }
@@ -67,16 +67,18 @@ impl Tree {
     }
 }
 
-/// Whether `bytes` contain `folder` as a whole: alone, or as the first folders of a longer path.
-/// What stands before it does not matter, because a program keeps its texts without a gap.
+/// Returns whether `bytes` contain `folder` as a whole: alone, or as the first folders of a longer
+/// path. What stands before it does not matter, because a program keeps its texts without a gap.
 fn names(bytes: &[u8], folder: &str) -> bool {
-    let found = bytes.windows(folder.len()).enumerate();
-    let mut found = found.filter(|(_, window)| *window == folder.as_bytes());
+    let mut found = bytes
+        .windows(folder.len())
+        .enumerate()
+        .filter(|(_, window)| *window == folder.as_bytes());
     found.any(|(at, _)| !goes_on(&bytes[at + folder.len()..]))
 }
 
-/// Whether `rest`, which follows the name of a folder, makes it a longer name, as `_ca` makes
-/// `root_ca` of `root`. A full stop does only before more of a name: it may end a sentence.
+/// Returns whether `rest`, which follows the name of a folder, makes it a longer name, as `_ca`
+/// makes `root_ca` of `root`. A full stop does only before more of a name: it may end a sentence.
 fn goes_on(rest: &[u8]) -> bool {
     let is_of_name = |byte: &u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'-' | b'+');
     match rest {

@@ -25,7 +25,7 @@ pub struct Wheel {
 }
 
 impl Wheel {
-    /// Name of the file, from which pip reads its compatibility.
+    /// Returns the name of the file, from which pip reads its compatibility.
     #[must_use]
     pub fn file_name(&self) -> String {
         format!("{}-{}.whl", self.name(), self.tag())
@@ -107,7 +107,7 @@ pub fn wheel(tree: &Tree, about: &Wheel) -> ZipResult<Vec<u8>> {
     zipped(&packed)
 }
 
-/// The list that pip checks and uses to uninstall: each file with its hash and its size,
+/// Returns the list that pip checks and uses to uninstall: each file with its hash and its size,
 /// except for the hash of the list itself.
 fn listing(tree: &Tree, itself: &str) -> String {
     let line = |(path, file): (&str, &File)| {

@@ -101,8 +101,13 @@ fn a_tarball_has_fixed_owners_dates_and_modes_below_one_folder() {
         let header = entry.header().clone();
         let owner = (header.uid().unwrap(), header.gid().unwrap());
         assert_eq!((owner, header.mtime().unwrap()), ((0, 0), TIME));
-        let path = entry.path().unwrap().display().to_string();
-        let path = path.strip_prefix("ratelab-1.2.3/").expect("in the folder");
+        let path = entry
+            .path()
+            .unwrap()
+            .display()
+            .to_string()
+            .strip_prefix("ratelab-1.2.3/")
+            .expect("in the folder");
         let mut bytes = Vec::new();
         entry.read_to_end(&mut bytes).unwrap();
         match header.mode().unwrap() {
@@ -121,9 +126,10 @@ fn a_wheel_lists_each_of_its_files_with_hash_and_size() {
     assert_eq!(record.lines().count(), files.len());
     for (name, bytes) in &files {
         let hash = URL_SAFE_NO_PAD.encode(Sha256::digest(bytes));
-        let line = match name.ends_with("/RECORD") {
-            true => format!("{name},,"),
-            false => format!("{name},sha256={hash},{}", bytes.len()),
+        let line = if name.ends_with("/RECORD") {
+            format!("{name},,")
+        } else {
+            format!("{name},sha256={hash},{}", bytes.len())
         };
         assert!(record.lines().any(|listed| listed == line), "{line}");
     }
@@ -161,8 +167,9 @@ fn pip_installs_the_wheel_as_the_original_tree() {
 }
 
 fn pip(words: &[&str], paths: &[&Path]) {
-    let python = env::var_os("PYTHON").filter(|python| !python.is_empty());
-    let python = python.unwrap_or_else(|| OsString::from("python3"));
+    let python = env::var_os("PYTHON")
+        .filter(|python| !python.is_empty())
+        .unwrap_or_else(|| OsString::from("python3"));
     let mut pip = Command::new(python);
     pip.args(["-m", "pip", "--disable-pip-version-check", "--no-cache-dir"]);
     let output = pip.args(words).args(paths).output().unwrap();

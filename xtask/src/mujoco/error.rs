@@ -42,7 +42,7 @@ impl Error {
         Self::new(cause, remedy::NETWORK)
     }
 
-    /// An error of the operating system during an `action` on `path`, as in "cannot write".
+    /// Returns an error of the operating system during an `action` on `path`, as in "cannot write".
     pub(super) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |why| {
             let cause = format!("cannot {action} {} ({why}).", path.display());

@@ -92,7 +92,7 @@ fn fetch(folder: &Path, platform: &Platform, requirements: &File) -> Result<(), 
     Ok(())
 }
 
-/// MuJoCo's licence, and those of the parts of its package, each with its file name.
+/// MuJoCo's licence, and the licences of the parts of its package, each with its file name.
 ///
 /// They are in the wheel beside the library and are not kept in `folder`: the wheel is
 /// downloaded again, or comes from pip's cache.

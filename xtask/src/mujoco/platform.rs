@@ -44,12 +44,12 @@ const MACOS: Platform = Platform {
 };
 
 impl Platform {
-    /// The platform for a target's operating system, processor and C library, in cargo's
+    /// Returns the platform for a target's operating system, processor and C library, in cargo's
     /// terms.
     ///
     /// # Errors
     /// If no wheel is pinned for it.
-    pub fn of(os: &str, arch: &str, libc: &str) -> Result<&'static Self, Error> {
+    pub fn find(os: &str, arch: &str, libc: &str) -> Result<&'static Self, Error> {
         match (os, arch, libc) {
             ("linux", "x86_64", "gnu") => Ok(&LINUX_X86_64),
             ("linux", "aarch64", "gnu") => Ok(&LINUX_AARCH64),
@@ -62,21 +62,21 @@ impl Platform {
         }
     }
 
-    /// The platform of this program.
+    /// Returns the platform of this program.
     ///
     /// # Errors
     /// If no wheel is pinned for it.
     pub fn host() -> Result<&'static Self, Error> {
         let libc = if cfg!(target_env = "gnu") { "gnu" } else { "" };
-        Self::of(OS, ARCH, libc)
+        Self::find(OS, ARCH, libc)
     }
 
-    /// The target platform of a build script, which may differ from the host.
+    /// Returns the target platform of a build script, which may differ from the host.
     ///
     /// # Errors
     /// If no wheel is pinned for it.
-    pub fn of_build() -> Result<&'static Self, Error> {
+    pub fn for_build() -> Result<&'static Self, Error> {
         let cfg = |name| env::var(format!("CARGO_CFG_TARGET_{name}")).unwrap_or_default();
-        Self::of(&cfg("OS"), &cfg("ARCH"), &cfg("ENV"))
+        Self::find(&cfg("OS"), &cfg("ARCH"), &cfg("ENV"))
     }
 }

@@ -26,7 +26,7 @@ pub enum Source {
 impl Source {
     /// Reads the environment like mujoco-rs; `ours` is the folder of the fetched library.
     #[must_use]
-    pub fn of_build(ours: &Path) -> Self {
+    pub fn from_env(ours: &Path) -> Self {
         if let Some(dir) = env::var_os(STATIC_LINK_DIR) {
             return Self::Own(dir.into());
         }

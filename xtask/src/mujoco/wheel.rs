@@ -84,7 +84,7 @@ fn download_error(python: &Python, requirements: &Path, said: &str) -> Error {
     }
 }
 
-/// The last line, in which pip and Python give the cause.
+/// Returns the last line, in which pip and Python give the cause.
 fn last_line(said: &str) -> String {
     let last = said.lines().rfind(|line| !line.trim().is_empty());
     let words: Vec<_> = last

@@ -29,7 +29,7 @@ impl ActionChanges {
         mean(self.0.iter().sum(), self.0.len() as u64)
     }
 
-    /// The ⌈0.99 n⌉-th smallest.
+    /// Returns the ⌈0.99 n⌉-th smallest.
     fn p99(&self) -> Option<f64> {
         let mut sorted = self.0.clone();
         let place = (99 * sorted.len()).div_ceil(100).checked_sub(1)?;
@@ -57,9 +57,10 @@ impl ChunkTally {
         if step.played > 0.0 {
             self.played += 1;
             self.predicted += step.predicted;
-            let changes = match step.seam > 0.0 {
-                true => &mut self.seams,
-                false => &mut self.steps,
+            let changes = if step.seam > 0.0 {
+                &mut self.seams
+            } else {
+                &mut self.steps
             };
             changes
                 .0

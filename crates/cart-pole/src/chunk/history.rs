@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use ratelab::Time;
 
 /// The most ticks that are remembered: three quarters of an hour.
-const MOST_TICKS: usize = 1 << 17;
+const MAX_TICKS: usize = 1 << 17;
 
 /// What the player played. Figures of the run are made of it, so it outlives a crash.
 #[derive(Default)]
@@ -13,7 +13,7 @@ pub(super) struct History {
     pub(super) ticks: VecDeque<PlayedTick>,
     /// Number of published actions.
     published: u64,
-    /// Number of those before its last restart.
+    /// Number of actions before its last restart.
     forgotten: u64,
     /// The last one.
     pub(super) last: Option<f32>,
@@ -29,17 +29,17 @@ pub(super) struct PlayedTick {
 }
 
 impl History {
-    /// Number of actions that were published in ticks which started at `since` or later, as
-    /// far as the player remembers.
+    /// Returns the number of actions that were published in ticks which started at `since` or
+    /// later, as far as the player remembers.
     pub(super) fn executed(&self, since: Time) -> u64 {
         let first = self.ticks.partition_point(|tick| tick.start < since);
         let before = self.ticks.get(first).map(|tick| tick.before);
         self.published - before.unwrap_or(self.published).max(self.forgotten)
     }
 
-    /// Adds a tick with its action, if it has one.
+    /// Adds a tick, with its action if any.
     pub(super) fn begin(&mut self, start: Time, action: Option<f32>) {
-        if self.ticks.len() == MOST_TICKS {
+        if self.ticks.len() == MAX_TICKS {
             self.ticks.pop_front();
         }
         self.ticks.push_back(PlayedTick {

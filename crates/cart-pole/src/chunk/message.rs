@@ -31,8 +31,8 @@ pub struct Chunk {
 }
 
 /// The numbers of a chunk of the longest [`Horizon`]; a run's chunks have the first of these.
-static NAMES: [&str; Chunk::HEAD + Horizon::MOST] = {
-    let mut names = ["action (share of 10 N)"; Chunk::HEAD + Horizon::MOST];
+static NAMES: [&str; Chunk::HEAD + Horizon::MAX] = {
+    let mut names = ["action (share of 10 N)"; Chunk::HEAD + Horizon::MAX];
     names[0] = "made (ns)";
     names[1] = "expected delay (ns)";
     names[2] = "plan (0 hold, 1 rollout, 2 committed)";
@@ -85,8 +85,8 @@ fields!(Request {
     left: "actions left"
 });
 
-/// What the player did: at the begin of a tick what it took, and whether it had an action;
-/// at its end what it published. Counts and sums are those of this step alone.
+/// What the player did: at the start of a tick what it took, and whether it had an action;
+/// at its end what it published. Counts and sums are of this step alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlayerStep {
     /// Chunks taken.

@@ -19,10 +19,10 @@ use crate::{
 /// before.
 const MARGIN: Duration = Duration::from_secs(1);
 
-/// Plans chunks by a model, and remembers those that are still to be played.
+/// Plans chunks by a model, and remembers the chunks that are not played yet.
 pub struct ChunkPlanner {
     pub(super) settings: ChunkSettings,
-    /// Those that it was set up with.
+    /// The settings at its setup.
     first: ChunkSettings,
     /// A cart-pole of the policy's own.
     model: Body,
@@ -40,7 +40,7 @@ struct OwnChunk {
 }
 
 impl OwnChunk {
-    /// Its action for run time `at`: beyond its end the last one, before its begin none.
+    /// Returns its action for run time `at`: after its end the last one, before its start none.
     fn action(&self, at: Time) -> f32 {
         if at < self.origin {
             return 0.0;
@@ -52,7 +52,7 @@ impl OwnChunk {
 }
 
 impl ChunkPlanner {
-    /// A planner without a chunk so far.
+    /// Creates a planner without a chunk so far.
     ///
     /// # Errors
     /// [`PlantError`] if MuJoCo refuses its model.
@@ -121,8 +121,9 @@ impl ChunkPlanner {
         chunk
     }
 
-    /// The actions for the states that the model comes to; before run time `from` those that
-    /// are committed. A policy that answers with chunks is asked for one, for the state at `from`.
+    /// Returns the actions for the states that the model comes to; before run time `from` the
+    /// committed actions. A policy that answers with chunks is asked for one, for the state at
+    /// `from`.
     fn rollout(
         &mut self,
         policy: &mut dyn Policy,
@@ -153,14 +154,14 @@ impl ChunkPlanner {
         actions.into()
     }
 
-    /// The action to be played at run time `at`, as far as the policy knows: that of its
+    /// Returns the action to be played at run time `at`, as far as the policy knows: that of its
     /// newest chunk which is played by then, or none.
     fn committed(&self, at: Time) -> f32 {
         let newest = self.own.iter().rev().find(|chunk| chunk.from <= at);
         newest.map_or(0.0, |chunk| chunk.action(at))
     }
 
-    /// Keeps a chunk, and forgets those that no plan can be about any more.
+    /// Keeps a chunk, and forgets the chunks that are too old for any plan.
     fn remember(&mut self, chunk: OwnChunk) {
         let since = chunk.origin - MARGIN;
         self.own.push_back(chunk);

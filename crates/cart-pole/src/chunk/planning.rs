@@ -72,18 +72,18 @@ pub(crate) const SPOILERS: &[Spoiler] = &[
     },
 ];
 
-/// The knob for chunks of at least `needed` actions, in tens.
+/// Returns the knob for chunks of at least `needed` actions, in tens.
 fn longer(needed: usize) -> Knob {
-    let actions = needed.next_multiple_of(10).min(Horizon::MOST);
-    of_policy(ChunkSettings::CHUNK, actions.to_string())
+    let actions = needed.next_multiple_of(10).min(Horizon::MAX);
+    policy_knob(ChunkSettings::CHUNK, actions.to_string())
 }
 
-/// The knob for chunks that are expected after this delay, to the millisecond.
+/// Returns the knob for chunks that are expected after this delay, to the millisecond.
 fn expecting(delay: Duration) -> Knob {
-    of_policy("expect-delay", delay.as_millis().to_string())
+    policy_knob("expect-delay", delay.as_millis().to_string())
 }
 
-fn of_policy(name: &str, value: String) -> Knob {
+fn policy_knob(name: &str, value: String) -> Knob {
     Knob::Parameter {
         node: POLICY.to_owned(),
         name: name.to_owned(),

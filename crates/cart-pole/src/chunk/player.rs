@@ -33,7 +33,7 @@ pub struct Player {
 }
 
 impl Player {
-    /// A player without a chunk so far.
+    /// Creates a player without a chunk so far.
     pub fn new(
         settings: &ChunkSettings,
         chunks: Subscription<Chunk>,
@@ -89,7 +89,7 @@ impl Player {
         }
     }
 
-    /// What is known of an action before it is published.
+    /// Returns what is known of an action before it is published.
     fn played(&self, planned: &Planned) -> PlayerStep {
         let newest = self.queue.newest();
         let by_plan = newest.filter(|taken| taken.chunk.plan != PlanKind::Hold);
@@ -104,7 +104,7 @@ impl Player {
     }
 }
 
-/// The delay of a chunk that a tick at `now` takes, less the expected one (ns).
+/// Returns the delay of a chunk that a tick at `now` takes, less the expected one (ns).
 fn delay_error(chunk: &Chunk, now: Time) -> f64 {
     let expected = chunk.made + chunk.expected;
     let late = now.since(expected).as_nanos() as f64;

@@ -17,9 +17,10 @@ use super::{
     message::Chunk,
     settings::{Horizon, Merge, PlayKind, replace},
 };
+use crate::ParameterError;
 
 /// The most chunks that are kept, more than any queue of them holds.
-const MOST_CHUNKS: usize = 1 << 16;
+const MAX_CHUNKS: usize = 1 << 16;
 
 /// A chunk that the player has taken.
 pub(super) struct Taken {
@@ -46,12 +47,13 @@ impl Taken {
         }
     }
 
-    /// Place of the action that is meant for run time `now`: before the first one negative.
+    /// Returns the place of the action that is meant for run time `now`: before the first one
+    /// negative.
     pub(super) fn place_by_time(&self, now: Time) -> i64 {
         periods(self.origin, now)
     }
 
-    /// Place of the action to be played at `now`.
+    /// Returns the place of the action to be played at `now`.
     fn place(&self, play: PlayKind, now: Time, history: &History) -> i64 {
         match play {
             PlayKind::Time => self.place_by_time(now),
@@ -60,14 +62,13 @@ impl Taken {
         }
     }
 
-    /// The action at this place, if it has one.
+    /// Returns the action at this place, if any.
     pub(super) fn action(&self, place: i64) -> Option<f32> {
         let place = usize::try_from(place).ok()?;
         self.chunk.actions.get(place).copied()
     }
 
-    /// Number of ticks, of those after its reading, in which just the action was played that is
-    /// meant for them.
+    /// Returns the number of ticks after its reading in which the planned action was played.
     pub(super) fn as_planned(&self, history: &History) -> usize {
         let first = history
             .ticks
@@ -109,7 +110,8 @@ impl Planned {
         })
     }
 
-    /// A mean of this plan with this weight, and of what was planned `before` with the rest.
+    /// Returns a mean of this plan with this weight, and of what was planned `before` with the
+    /// rest.
     fn blended(self, weight: f64, before: Self) -> Self {
         let mean = |new: f64, old: f64| weight * new + (1.0 - weight) * old;
         Self {
@@ -124,14 +126,14 @@ impl Planned {
         }
     }
 
-    /// The newest chunk that went into it, with the run time of the reading behind the action, to the
-    /// nanosecond.
+    /// Returns the newest chunk that went into it, with the run time of the reading behind the
+    /// action, to the nanosecond.
     pub(super) fn cause(&self) -> Cause {
         let sensed = Time::from_nanos(self.origin.round_ties_even() as u64);
         self.newest.cause.sensed_at(sensed)
     }
 
-    /// Uses its parts; returns the number of those that were not used before.
+    /// Uses its parts; returns how many of them were not used before.
     pub(super) fn take_parts(&self) -> usize {
         let unused = |(taken, place): &&(Arc<Taken>, usize)| {
             let used = taken.used.get(*place);
@@ -161,14 +163,14 @@ impl PlayQueue {
         }
     }
 
-    /// The chunk taken last.
+    /// Returns the chunk taken last.
     pub(super) fn newest(&self) -> Option<&Arc<Taken>> {
         self.taken.back()
     }
 
     /// Merges in this way from now on; returns the one before. A blend begins with the next
     /// chunk.
-    pub(super) fn set_merge(&mut self, text: &str) -> Result<String, String> {
+    pub(super) fn set_merge(&mut self, text: &str) -> Result<String, ParameterError> {
         let before = replace(&mut self.merge, text)?;
         if !matches!(self.merge, Merge::Blend(_)) {
             self.blended.clear();
@@ -176,7 +178,7 @@ impl PlayQueue {
         Ok(before)
     }
 
-    /// Number of actions of the newest chunk that are left at `now`, this one included.
+    /// Returns the number of actions of the newest chunk that are left at `now`, this one included.
     pub(super) fn left(&self, now: Time, history: &History) -> f64 {
         self.newest().map_or(0.0, |newest| {
             let end = newest.chunk.actions.len() as i64;
@@ -195,7 +197,7 @@ impl PlayQueue {
         if let Merge::Blend(weight) = self.merge {
             self.blend(&taken, taken.place(self.play, now, history), weight);
         }
-        if self.taken.len() == MOST_CHUNKS {
+        if self.taken.len() == MAX_CHUNKS {
             self.taken.pop_front();
         }
         self.taken.push_back(taken);
@@ -205,17 +207,17 @@ impl PlayQueue {
     fn blend(&mut self, taken: &Arc<Taken>, place: i64, weight: f64) {
         let mut before = std::mem::take(&mut self.blended).into_iter();
         let last = taken.chunk.actions.len() as i64 - place;
-        for ahead in 0..last.min(2 * Horizon::MOST as i64) {
-            let before = before.next().flatten();
+        for ahead in 0..last.min(2 * Horizon::MAX as i64) {
+            let old = before.next().flatten();
             let new = Planned::one(taken, place + ahead);
-            self.blended.push_back(match (new, before) {
-                (Some(new), Some(before)) => Some(new.blended(weight, before)),
+            self.blended.push_back(match (new, old) {
+                (Some(new), Some(old)) => Some(new.blended(weight, old)),
                 (new, _) => new,
             });
         }
     }
 
-    /// The action for the tick that starts at `now`, if there is one.
+    /// Returns the action for the tick that starts at `now`, if any.
     pub(super) fn action(&mut self, now: Time, history: &History) -> Option<Planned> {
         self.drop_played(now, history);
         match self.merge {
@@ -228,7 +230,7 @@ impl PlayQueue {
         }
     }
 
-    /// The weighted mean of all chunks with an action for now.
+    /// Returns the weighted mean of all chunks with an action for now.
     fn ensemble(&self, now: Time, decay: f64, history: &History) -> Option<Planned> {
         let at = |taken: &Arc<Taken>| Planned::one(taken, taken.place(self.play, now, history));
         let (mut weights, mut actions, mut ages) = (0.0, 0.0, 0.0);

@@ -7,22 +7,22 @@ use ratelab_study::system::Setup;
 use strum::{Display, IntoStaticStr, VariantArray, VariantNames};
 
 use super::{ACTION_PERIOD, PLAYER};
-use crate::POLICY;
+use crate::{POLICY, ParameterError};
 
-/// The number of actions in a chunk: 1 to [`Horizon::MOST`].
+/// The number of actions in a chunk: 1 to [`Horizon::MAX`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Horizon(usize);
 
 impl Horizon {
     /// The longest chunk: 20 s.
-    pub const MOST: usize = 1000;
+    pub const MAX: usize = 1000;
 
-    /// The number of actions.
+    /// Returns the number of actions.
     pub fn get(self) -> usize {
         self.0
     }
 
-    /// The time that they are meant for.
+    /// Returns the time that the actions are meant for.
     pub fn duration(self) -> Duration {
         ACTION_PERIOD * self.0 as u32
     }
@@ -30,16 +30,16 @@ impl Horizon {
     /// Parses a horizon, or `none` for a policy without chunks.
     ///
     /// # Errors
-    /// A message for an invalid text.
-    pub fn parse(text: &str) -> Result<Option<Self>, String> {
+    /// [`ParameterError`] for an invalid text.
+    pub fn parse(text: &str) -> Result<Option<Self>, ParameterError> {
         let number = text.trim().parse().ok();
-        match number.filter(|number| (1..=Self::MOST).contains(number)) {
+        match number.filter(|number| (1..=Self::MAX).contains(number)) {
             Some(number) => Ok(Some(Self(number))),
             None if text.trim() == "none" => Ok(None),
-            None => Err(format!(
-                "{text:?} is no chunk: expected 1 to {} actions, or none",
-                Self::MOST
-            )),
+            None => Err(ParameterError::Chunk {
+                text: text.to_owned(),
+                max: Self::MAX,
+            }),
         }
     }
 }
@@ -60,9 +60,9 @@ pub enum PlanKind {
 }
 
 impl FromStr for PlanKind {
-    type Err = String;
+    type Err = ParameterError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, ParameterError> {
         named(text, "plan")
     }
 }
@@ -81,9 +81,9 @@ pub enum PlayKind {
 }
 
 impl FromStr for PlayKind {
-    type Err = String;
+    type Err = ParameterError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, ParameterError> {
         named(text, "way to play")
     }
 }
@@ -102,7 +102,7 @@ pub enum Merge {
 }
 
 /// The greatest M: the second oldest chunk weighs nothing any more.
-const MOST_DECAY: f64 = 100.0;
+const MAX_DECAY: f64 = 100.0;
 
 impl fmt::Display for Merge {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -115,22 +115,22 @@ impl fmt::Display for Merge {
 }
 
 impl FromStr for Merge {
-    type Err = String;
+    type Err = ParameterError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, ParameterError> {
         let number = |prefix, most| {
             let number: f64 = text.trim().strip_prefix(prefix)?.parse().ok()?;
             (0.0..=most).contains(&number).then_some(number)
         };
         let blend = number("blend:", 1.0).map(Self::Blend);
-        let merge = blend.or_else(|| number("ensemble:", MOST_DECAY).map(Self::Ensemble));
+        let merge = blend.or_else(|| number("ensemble:", MAX_DECAY).map(Self::Ensemble));
         match merge {
             Some(merge) => Ok(merge),
             None if text.trim() == "newest" => Ok(Self::Newest),
-            None => Err(format!(
-                "{text:?} is no way to merge: expected newest, blend:W with a weight of 0 to 1, or \
-                 ensemble:M with a decay of 0 to {MOST_DECAY}"
-            )),
+            None => Err(ParameterError::Merge {
+                text: text.to_owned(),
+                max_decay: MAX_DECAY.to_string(),
+            }),
         }
     }
 }
@@ -160,28 +160,25 @@ impl fmt::Display for ExpectedDelay {
             Self::Last(margin) => ("last", margin),
             Self::Max(margin) => ("max", margin),
         };
-        match margin.is_zero() {
-            true => f.write_str(word),
-            false => write!(f, "{word}+{}", millis::to_millis(*margin)),
+        if margin.is_zero() {
+            f.write_str(word)
+        } else {
+            write!(f, "{word}+{}", millis::to_millis(*margin))
         }
     }
 }
 
 impl FromStr for ExpectedDelay {
-    type Err = String;
+    type Err = ParameterError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, ParameterError> {
         let (word, margin) = text.split_once('+').unwrap_or((text, "0"));
         let delay = match word.trim() {
             "last" => millis::parse(margin).map(Self::Last),
             "max" => millis::parse(margin).map(Self::Max),
             _ => millis::parse(text).map(Self::Constant),
         };
-        delay.map_err(|_| {
-            format!(
-                "{text:?} is no expected delay: expected milliseconds, last, max, last+MS or max+MS"
-            )
-        })
+        delay.map_err(|_| ParameterError::ExpectedDelay(text.to_owned()))
     }
 }
 
@@ -210,17 +207,18 @@ impl fmt::Display for ModelError {
 }
 
 impl FromStr for ModelError {
-    type Err = String;
+    type Err = ParameterError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
-        let [least, most] = Self::LENGTHS;
+    fn from_str(text: &str) -> Result<Self, ParameterError> {
+        let [min, max] = Self::LENGTHS;
         let length = text.trim().strip_prefix("length:").map(str::parse);
         match length {
-            Some(Ok(length)) if (least..=most).contains(&length) => Ok(Self { length }),
-            _ => Err(format!(
-                "{text:?} is no model: expected length:F, the pole's length as a multiple of the \
-                 plant's, {least} to {most}"
-            )),
+            Some(Ok(length)) if (min..=max).contains(&length) => Ok(Self { length }),
+            _ => Err(ParameterError::Model {
+                text: text.to_owned(),
+                min: min.to_string(),
+                max: max.to_string(),
+            }),
         }
     }
 }
@@ -262,13 +260,12 @@ impl ChunkSettings {
         (PLAYER, "refill", |text| Ok(or_none(refill(text)?))),
     ];
 
-    /// Those in `setup`; `None` for a policy without chunks.
+    /// Reads the settings in `setup`; `None` for a policy without chunks.
     ///
     /// # Errors
-    /// A message for an invalid value.
-    pub fn of(setup: &Setup) -> Result<Option<Self>, String> {
-        let horizon = setup.parameter(POLICY, Self::CHUNK);
-        let horizon = horizon.map(Horizon::parse);
+    /// [`ParameterError`] for an invalid value.
+    pub fn from_setup(setup: &Setup) -> Result<Option<Self>, ParameterError> {
+        let horizon = setup.parameter(POLICY, Self::CHUNK).map(Horizon::parse);
         let Some(horizon) = horizon.transpose()?.flatten() else {
             return Ok(None);
         };
@@ -288,25 +285,23 @@ impl ChunkSettings {
 }
 
 /// Makes the shortest form of a value of a parameter, or says what is wrong with it.
-type Shortest = fn(&str) -> Result<String, String>;
+type Shortest = fn(&str) -> Result<String, ParameterError>;
 
 /// Parses the share of the horizon that is left when the player asks for the next chunk.
-fn refill(text: &str) -> Result<Option<f64>, String> {
+fn refill(text: &str) -> Result<Option<f64>, ParameterError> {
     let share: Option<f64> = text.trim().parse().ok();
     match share.filter(|share| (0.0..=1.0).contains(share)) {
         None if text.trim() == "none" => Ok(None),
-        None => Err(format!(
-            "{text:?} is no share of a chunk: expected 0 to 1, or none"
-        )),
+        None => Err(ParameterError::Refill(text.to_owned())),
         share => Ok(share),
     }
 }
 
-fn parsed<T: FromStr<Err = String> + Default>(
+fn parsed<T: FromStr<Err = ParameterError> + Default>(
     setup: &Setup,
     node: &str,
     name: &str,
-) -> Result<T, String> {
+) -> Result<T, ParameterError> {
     let value = setup.parameter(node, name);
     value.map_or_else(|| Ok(T::default()), str::parse)
 }
@@ -315,26 +310,32 @@ fn or_none(value: Option<impl ToString>) -> String {
     value.map_or_else(|| "none".to_owned(), |value| value.to_string())
 }
 
-fn short<T: FromStr<Err = String> + fmt::Display>(value: &str) -> Result<String, String> {
+fn short<T: FromStr<Err = ParameterError> + fmt::Display>(
+    value: &str,
+) -> Result<String, ParameterError> {
     Ok(value.parse::<T>()?.to_string())
 }
 
 /// Replaces `setting` by the one in `text`; returns the one before.
-pub(super) fn replace<T: FromStr<Err = String> + fmt::Display>(
+pub(super) fn replace<T: FromStr<Err = ParameterError> + fmt::Display>(
     setting: &mut T,
     text: &str,
-) -> Result<String, String> {
+) -> Result<String, ParameterError> {
     let before = std::mem::replace(setting, text.parse()?);
     Ok(before.to_string())
 }
 
-/// The value called `text`.
-fn named<T: VariantArray + VariantNames + Copy>(text: &str, what: &str) -> Result<T, String> {
+/// Returns the value called `text`.
+fn named<T: VariantArray + VariantNames + Copy>(
+    text: &str,
+    what: &'static str,
+) -> Result<T, ParameterError> {
     let names = <T as VariantNames>::VARIANTS;
     let place = names.iter().position(|name| *name == text.trim());
     let value = place.map(|place| <T as VariantArray>::VARIANTS[place]);
-    value.ok_or_else(|| {
-        let expected = alternatives(names);
-        format!("{text:?} is no {what}: expected {expected}")
+    value.ok_or_else(|| ParameterError::Name {
+        text: text.to_owned(),
+        what,
+        expected: alternatives(names),
     })
 }

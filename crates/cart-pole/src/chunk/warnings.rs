@@ -29,7 +29,7 @@ struct ChunkTimes {
 }
 
 impl ChunkTimes {
-    fn of(setup: &Setup, settings: &ChunkSettings) -> Self {
+    fn new(setup: &Setup, settings: &ChunkSettings) -> Self {
         let takes = setup.knob(KnobKind::Takes, POLICY);
         let draw = takes.and_then(Knob::draw);
         let cost = |u| draw.and_then(|draw| draw.at(u)).unwrap_or_default();
@@ -59,12 +59,12 @@ impl ChunkTimes {
         }
     }
 
-    /// The delay of an answer, usually.
+    /// Returns the delay of an answer, usually.
     fn delay(&self) -> Duration {
         self.cost[0] + self.links[0]
     }
 
-    /// The age of a chunk's reading when the next chunk is there.
+    /// Returns the age of a chunk's reading when the next chunk is there.
     fn oldest(&self) -> Duration {
         self.period + self.cost[1] + self.links[0] + self.links[1]
     }
@@ -84,14 +84,14 @@ fn ms(duration: Duration) -> f64 {
     (duration.as_secs_f64() * 1e4).round() / 10.0
 }
 
-/// The defects of a run with `setup`, each with a remedy. The loop bears actions that are
+/// Returns the defects of a run with `setup`, each with a remedy. The loop bears actions that are
 /// as old as `bears`, if that is known.
 pub(crate) fn warnings(
     setup: &Setup,
     settings: &ChunkSettings,
     bears: Option<Duration>,
 ) -> Vec<String> {
-    let times = ChunkTimes::of(setup, settings);
+    let times = ChunkTimes::new(setup, settings);
     let defects = [
         too_short(settings, &times),
         unexpected(settings, &times),
@@ -120,7 +120,7 @@ fn too_short(settings: &ChunkSettings, times: &ChunkTimes) -> Option<String> {
     ))
 }
 
-/// The policy plans for another delay than the one that is set.
+/// Returns the policy plans for another delay than the one that is set.
 fn unexpected(settings: &ChunkSettings, times: &ChunkTimes) -> Option<String> {
     if settings.plan != PlanKind::Committed || times.is_unknown {
         return None;
@@ -157,7 +157,7 @@ fn unexpected(settings: &ChunkSettings, times: &ChunkTimes) -> Option<String> {
     })
 }
 
-/// A plan by what is committed, where something else is played.
+/// Returns a plan by what is committed, where something else is played.
 fn not_committed(settings: &ChunkSettings, times: &ChunkTimes) -> Option<String> {
     let other = [
         (
@@ -183,7 +183,7 @@ fn not_committed(settings: &ChunkSettings, times: &ChunkTimes) -> Option<String>
     })
 }
 
-/// An ensemble that is older on average than the loop bears.
+/// Returns an ensemble that is older on average than the loop bears.
 fn too_old_a_mean(
     settings: &ChunkSettings,
     times: &ChunkTimes,
@@ -205,7 +205,7 @@ fn too_old_a_mean(
     (age > bears && count > 1.0).then(|| {
         format!(
             "--merge {} averages {count} chunks, whose readings are {} ms old on average, and the \
-             loop bears {} ms; --merge newest averages none",
+             limit of the loop is {} ms; --merge newest averages none",
             settings.merge,
             ms(age),
             ms(bears),

@@ -28,7 +28,7 @@ impl PolicyKind {
     /// All kinds.
     pub const ALL: [Self; 4] = [Self::Scripted, Self::Lqr, Self::Zero, Self::Random];
 
-    /// The name in settings.
+    /// Returns the name in settings.
     pub fn name(self) -> &'static str {
         self.into()
     }
@@ -76,7 +76,7 @@ impl Policy for Scripted {
     }
 }
 
-/// The sum of products of `gains` with the plant's state (cart position, pole angle, cart
+/// Returns the sum of products of `gains` with the plant's state (cart position, pole angle, cart
 /// velocity, pole velocity), clipped to the motor's range.
 pub(super) fn feedback(gains: &[f64; 4], observation: &Observation) -> Action {
     let [cart_position, angle, cart_velocity, pole_velocity] = gains;
@@ -103,7 +103,7 @@ impl Policy for Zero {
     }
 }
 
-/// Separates the policy's random numbers from those of the start, which use the same
+/// Separates the policy's random numbers from the numbers of the start, which use the same
 /// seed.
 const STREAM: u64 = 1;
 

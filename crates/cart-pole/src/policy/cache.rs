@@ -41,7 +41,8 @@ impl PolicyCache {
         Ok(loaded)
     }
 
-    /// Whether a program with the content of this pinned one has been loaded, from wherever.
+    /// Returns whether a program with the content of this pinned one has been loaded, from
+    /// wherever.
     pub(super) fn knows_program(&self, program: &PolicyFile) -> bool {
         let known = lock(&self.0);
         let is_same = |known: &PolicyFile| known.is_program && known.sha256 == program.sha256;

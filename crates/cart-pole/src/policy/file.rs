@@ -4,7 +4,8 @@ use ratelab::Digest;
 use std::{fmt, io::ErrorKind, path::Path};
 
 use super::{
-    LARGEST_FILE, built_in::EXPECTED, format::FileFormat, onnx::WholeGraph, way_out::way_out,
+    LARGEST_FILE, PolicyFault, built_in::EXPECTED, format::FileFormat, onnx::WholeGraph,
+    way_out::way_out,
 };
 use ratelab_study::file::{self, FileError};
 use serde::{Deserialize, Serialize};
@@ -32,8 +33,9 @@ impl PolicyFile {
     /// Parses a path with an optional digest.
     pub(super) fn parse(text: &str) -> Self {
         let file = text.trim_start_matches(PROGRAM);
-        let pinned = file.rsplit_once(PIN);
-        let pinned = pinned.and_then(|(path, digest)| Some((path, Some(digest.parse().ok()?))));
+        let pinned = file
+            .rsplit_once(PIN)
+            .and_then(|(path, digest)| Some((path, Some(digest.parse().ok()?))));
         let (path, sha256) = pinned.unwrap_or((file, None));
         Self {
             path: path.to_owned(),
@@ -42,15 +44,15 @@ impl PolicyFile {
         }
     }
 
-    /// Reads its content, with the digest of that; of an ONNX graph with all its weights, also
-    /// those in other files.
-    pub(super) fn read(&self) -> Result<(Vec<u8>, Digest), String> {
+    /// Reads its content and computes the digest; an ONNX graph includes its weights in other
+    /// files.
+    pub(super) fn read(&self) -> Result<(Vec<u8>, Digest), PolicyFault> {
         let path = Path::new(&self.path);
         let content = file::read(path, LARGEST_FILE).map_err(unread)?;
-        let (content, found) = match FileFormat::of(&content) {
+        let (content, found) = match FileFormat::detect(&content) {
             FileFormat::Onnx => {
-                let whole = WholeGraph::read(content, path);
-                let whole = whole.map_err(|why| why.to_string())?;
+                let whole = WholeGraph::read(content, path)
+                    .map_err(|why| PolicyFault::Other(why.to_string()))?;
                 (whole.content, whole.digest)
             }
             _ => {
@@ -59,16 +61,14 @@ impl PolicyFile {
             }
         };
         match self.sha256 {
-            Some(expected) if expected != found => Err(format!(
-                "expected the content with the SHA-256 {expected}, found another one: {found}"
-            )),
+            Some(expected) if expected != found => Err(PolicyFault::Changed { expected, found }),
             _ => Ok((content, found)),
         }
     }
 }
 
-fn unread(why: FileError) -> String {
-    match why {
+fn unread(why: FileError) -> PolicyFault {
+    PolicyFault::Other(match why {
         FileError::Unreadable(why) if why.kind() == ErrorKind::NotFound => {
             format!("expected {EXPECTED}; found neither a policy nor a file of that name")
         }
@@ -85,7 +85,7 @@ fn unread(why: FileError) -> String {
             "expected a file of weights of {LARGEST_FILE} bytes at most, found {bytes} bytes; {}",
             way_out(None)
         ),
-    }
+    })
 }
 
 impl fmt::Display for PolicyFile {

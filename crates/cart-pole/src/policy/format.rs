@@ -59,8 +59,8 @@ const INSIDE: [(usize, &[u8], &str); 2] = [
 const ONNX_VERSION: u8 = 0x08;
 
 impl FileFormat {
-    /// The format of a file with this `content`.
-    pub(super) fn of(content: &[u8]) -> Self {
+    /// Detects the format of a file with this `content`.
+    pub(super) fn detect(content: &[u8]) -> Self {
         let at = |place: usize| content.get(place..).unwrap_or_default();
         let inside = INSIDE
             .iter()
@@ -76,7 +76,8 @@ impl FileFormat {
             return Self::Onnx;
         }
         let mut known = BEGINNINGS.iter();
-        let known = known.find(|(beginning, _)| content.starts_with(beginning));
-        known.map_or(Self::Unknown, |(_, format)| *format)
+        known
+            .find(|(beginning, _)| content.starts_with(beginning))
+            .map_or(Self::Unknown, |(_, format)| *format)
     }
 }

@@ -4,6 +4,7 @@ use std::{sync::Arc, time::Duration};
 
 use ratelab::{Hz, Time};
 
+use super::PolicyFault;
 use crate::{Action, Observation};
 
 /// The inputs of a policy besides its observations.
@@ -29,7 +30,7 @@ pub struct Moment {
 }
 
 impl Moment {
-    /// The age that the reading is expected to have when its chunk begins to be played.
+    /// Returns the age that the reading is expected to have when its chunk begins to be played.
     pub fn delay(&self) -> Duration {
         self.now.since(self.origin) + self.expected
     }
@@ -52,13 +53,13 @@ impl Moment {
 /// [`CartPole::with_policy`](crate::CartPole::with_policy) runs your own policy
 /// in the policy node, with an example.
 pub trait Policy: Send {
-    /// Name of the policy.
+    /// Returns the name of the policy.
     fn name(&self) -> &str;
 
-    /// The action for `observation`. A NaN or infinite action ends the run with a fault.
+    /// Returns the action for `observation`. A NaN or infinite action ends the run with a fault.
     fn act(&mut self, observation: &Observation) -> Action;
 
-    /// The actions for `state` and the times after it, one for each 20 ms, of a policy that
+    /// Returns the actions for `state` and the times after it, one for each 20 ms, of a policy that
     /// answers with chunks; `None` for one that decides on single actions. Where the plan has a
     /// model, this is the state that the model comes to.
     fn chunk_from(&mut self, state: &Observation) -> Option<Vec<f32>> {
@@ -70,7 +71,7 @@ pub trait Policy: Send {
     ///
     /// # Errors
     /// The reason if it cannot.
-    fn start(&mut self) -> Result<(), String> {
+    fn start(&mut self) -> Result<(), PolicyFault> {
         Ok(())
     }
 
@@ -79,13 +80,14 @@ pub trait Policy: Send {
         let _ = moment;
     }
 
-    /// A whole chunk for `reading`, of a policy that has a model of its own.
+    /// Returns a whole chunk for `reading`, of a policy that has a model of its own.
     fn whole_chunk(&mut self, reading: &Observation) -> Option<Arc<[f32]>> {
         let _ = reading;
         None
     }
 
-    /// Why it has died in this tick, and what to do, if it has: what it answered does not count.
+    /// Returns why it has died in this tick, and what to do, if it has: what it answered does not
+    /// count.
     fn crash(&mut self) -> Option<String> {
         None
     }
@@ -96,16 +98,16 @@ pub trait Policy: Send {
     /// # Errors
     /// The reason: only a [`SwappablePolicy`](crate::policy::SwappablePolicy)
     /// can be replaced.
-    fn swap(&mut self, name: &str) -> Result<String, String> {
+    fn swap(&mut self, name: &str) -> Result<String, PolicyFault> {
         let _ = name;
-        Err(format!("the {} policy cannot be swapped", self.name()))
+        Err(PolicyFault::Fixed(self.name().to_owned()))
     }
 
     /// Returns to the initial state.
     ///
     /// # Errors
     /// The reason: the default refuses, because the initial state is unknown.
-    fn restart(&mut self) -> Result<(), String> {
-        Err(format!("the {} policy cannot restart", self.name()))
+    fn restart(&mut self) -> Result<(), PolicyFault> {
+        Err(PolicyFault::NoRestart(self.name().to_owned()))
     }
 }

@@ -66,7 +66,7 @@ impl Lqr {
     /// Computes the regulator for a policy that decides at `control_hz`.
     ///
     /// # Errors
-    /// [`LqrError`] if MuJoCo cannot linearise the plant, or if there is no solution: at
+    /// [`LqrError`] if MuJoCo cannot linearise the plant, or without a solution: at
     /// very low rates the deviation between two decisions grows beyond the range of
     /// numbers.
     pub fn at(control_hz: Hz) -> Result<Self, LqrError> {
@@ -76,9 +76,9 @@ impl Lqr {
         Ok(Self { gains })
     }
 
-    /// The gains in the order of the plant's state: cart position (1/m), pole angle
-    /// (1/rad), cart velocity (s/m), pole velocity (s/rad). The action is their sum of
-    /// products with the state, before clipping.
+    /// Returns the gains in the order of the plant's state: cart position (1/m), pole angle
+    /// (1/rad), cart velocity (s/m), pole velocity (s/rad). The action is their sum of products
+    /// with the state, before clipping.
     pub fn gains(&self) -> [f64; 4] {
         self.gains
     }
@@ -100,9 +100,9 @@ fn gains(plant: &LinearPlant) -> Option<[f64; 4]> {
     finite.then(|| feedback.into())
 }
 
-/// The stabilising solution X of `X = AᵀXA − AᵀXB (R + BᵀXB)⁻¹ BᵀXA + Q`, by the
-/// structure-preserving doubling algorithm: after `k` rounds `h` is the cost of the best
-/// `2ᵏ` decisions. `None` if it does not converge.
+/// Returns the stabilising solution X of `X = AᵀXA − AᵀXB (R + BᵀXB)⁻¹ BᵀXA + Q`, by the
+/// structure-preserving doubling algorithm: after `k` rounds `h` is the cost of the best `2ᵏ`
+/// decisions. `None` if it does not converge.
 ///
 /// Source: Chu, Fan, Lin and Wang, *Structure-preserving algorithms for periodic
 /// discrete-time algebraic Riccati equations*, Int. J. Control 77 (2004).

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Lqr, Policy, PolicyContext, PolicyFile, PolicyKind, Random, Scripted, UnknownPolicy, Zero,
-    error::PolicyError,
+    error::{PolicyError, PolicyFault},
     format::FileFormat,
     network::{Mlp, Network, read_weights},
     onnx::OnnxModel,
@@ -35,7 +35,7 @@ pub enum PolicySpec {
 }
 
 impl PolicySpec {
-    /// A short name: that of the policy, or of the file without its folder.
+    /// Returns a short name: that of the policy, or of the file without its folder.
     pub fn name(&self) -> &str {
         match self {
             Self::BuiltIn(kind) => kind.name(),
@@ -59,20 +59,20 @@ impl PolicySpec {
             }),
             Self::File(file) => load(file).map_err(|why| PolicyError {
                 spec: file.path.clone(),
-                why,
+                why: why.to_string(),
             }),
         }
     }
 
-    /// Whether it is known to be a program.
+    /// Returns whether it is known to be a program.
     pub fn is_program(&self) -> bool {
         matches!(self, Self::File(file) if file.is_program)
     }
 }
 
-fn load(file: &PolicyFile) -> Result<LoadedPolicy, String> {
+fn load(file: &PolicyFile) -> Result<LoadedPolicy, PolicyFault> {
     let (content, digest) = file.read()?;
-    let format = FileFormat::of(&content);
+    let format = FileFormat::detect(&content);
     let pinned = PolicyFile {
         sha256: Some(digest),
         is_program: file.is_program || program::is_program(&file.path, &content, format)?,
@@ -83,7 +83,7 @@ fn load(file: &PolicyFile) -> Result<LoadedPolicy, String> {
     } else if format == FileFormat::Onnx {
         SpecContent::Graph(OnnxModel::open(&content)?)
     } else {
-        let weights = read_weights(&content).map_err(|why| why.to_string())?;
+        let weights = read_weights(&content)?;
         SpecContent::Network(Arc::new(weights))
     };
     let spec = PolicySpec::File(pinned);
@@ -134,12 +134,12 @@ enum SpecContent {
 }
 
 impl LoadedPolicy {
-    /// The choice of this policy; a file is pinned to the loaded content.
+    /// Returns the choice of this policy; a file is pinned to the loaded content.
     pub fn spec(&self) -> &PolicySpec {
         &self.spec
     }
 
-    /// Checks that its answers are those of a run with `chunk` actions in each, if any.
+    /// Checks that its answers fit a run with `chunk` actions in each, or with single actions.
     ///
     /// # Errors
     /// [`PolicyError`] if a network answers with other chunks.

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use ratelab_study::system::RecordedAnswers;
 
 use super::{
-    Moment, Policy, PolicyCache, PolicyContext, PolicyError, PolicySpec, program::RecordedPolicy,
+    Moment, Policy, PolicyCache, PolicyContext, PolicyError, PolicyFault, PolicySpec,
+    UnknownPolicy, program::RecordedPolicy,
 };
 use crate::{Action, Observation};
 
@@ -73,7 +74,9 @@ fn make(
     let loaded = cache.fetch(spec)?;
     loaded.check_chunk(context.chunk)?;
     let mut policy = loaded.policy(context)?;
-    policy.start().map_err(|why| loaded.error(why))?;
+    policy
+        .start()
+        .map_err(|why| loaded.error(why.to_string()))?;
     Ok((policy, loaded.spec().to_string()))
 }
 
@@ -102,15 +105,16 @@ impl Policy for SwappablePolicy {
         self.now.crash()
     }
 
-    fn swap(&mut self, name: &str) -> Result<String, String> {
-        let spec: PolicySpec = name.parse().map_err(|error| format!("{error}"))?;
-        let made = make(&spec, &self.cache, self.context, self.answers.as_ref());
-        let (next, spec) = made.map_err(|error| error.to_string())?;
+    fn swap(&mut self, name: &str) -> Result<String, PolicyFault> {
+        let spec: PolicySpec = name
+            .parse()
+            .map_err(|error: UnknownPolicy| PolicyFault::Other(error.to_string()))?;
+        let (next, spec) = make(&spec, &self.cache, self.context, self.answers.as_ref())?;
         self.now = next;
         Ok(std::mem::replace(&mut self.spec, spec))
     }
 
-    fn restart(&mut self) -> Result<(), String> {
+    fn restart(&mut self) -> Result<(), PolicyFault> {
         let first = self.first.clone();
         self.swap(&first).map(drop)
     }

@@ -21,8 +21,8 @@ impl ProgramKind {
     pub const NAMES: &[&str] = <Self as VariantNames>::VARIANTS;
 }
 
-/// What to do with a policy that a program of this kind can run, or one written from nothing: the
-/// end of a sentence.
+/// Returns what to do with a policy that a program of this kind can run, or one written from
+/// nothing: the end of a sentence.
 pub(super) fn way_out(kind: Option<ProgramKind>) -> String {
     match kind {
         Some(kind) => format!(

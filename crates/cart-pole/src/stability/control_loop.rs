@@ -40,12 +40,12 @@ impl Loop {
     }
 }
 
-/// The gains of a policy with the initial control rate `control`, in the order of the
-/// plant's state: cart position (1/m), pole angle (1/rad), cart velocity (s/m), pole
-/// velocity (s/rad).
+/// Returns the gains of a policy with the initial control rate `control`, in the order of the
+/// plant's state: cart position (1/m), pole angle (1/rad), cart velocity (s/m), pole velocity
+/// (s/rad).
 ///
 /// # Errors
-/// [`StabilityError`] if it is no linear feedback, with the reason.
+/// [`StabilityError`] if it is not a linear feedback, with the reason.
 pub fn gains(policy: &PolicySpec, control: Hz) -> Result<[f64; 4], StabilityError> {
     match policy {
         PolicySpec::BuiltIn(PolicyKind::Scripted) => Ok(Scripted::GAINS),

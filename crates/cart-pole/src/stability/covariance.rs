@@ -44,9 +44,9 @@ impl Loss {
 }
 
 impl Loop {
-    /// The rate at which the expected square of a small deviation grows (1/s), with
-    /// random loss of messages on `/action`; negative if it shrinks, and then the
-    /// deviation shrinks in almost every single run too.
+    /// Returns the rate at which the expected square of a small deviation grows (1/s), with random
+    /// loss of messages on `/action`; negative if it shrinks, and then the deviation shrinks in
+    /// almost every single run too.
     ///
     /// A jump linear system with independent jumps: the largest modulus of the
     /// eigenvalues of `E[M ⊗ M]`, `M` the product over one hyper-period. Costa,
@@ -56,7 +56,7 @@ impl Loop {
     /// [`StabilityError`], as for [`Loop::stability`]. The work grows with the sixth
     /// power of the number of readings in flight.
     pub fn mean_square_growth(&self, loss: Loss) -> Result<f64, StabilityError> {
-        let (passage, schedule) = Passage::of(self)?;
+        let (passage, schedule) = Passage::new(self)?;
         let squares = Covariance {
             passage: &passage,
             loss,
@@ -64,9 +64,8 @@ impl Loop {
         Ok(log_spectral_radius(squares.matrix()) / schedule.period.as_secs_f64())
     }
 
-    /// The least probability of loss at which the expected square of a small
-    /// deviation does not shrink, by bisection: 0 if it never does, 1 if it
-    /// always does.
+    /// Returns the least probability of loss at which the expected square of a small deviation does
+    /// not shrink, by bisection: 0 if it never does, 1 if it always does.
     ///
     /// # Errors
     /// [`StabilityError`], as for [`Loop::stability`].
@@ -81,17 +80,17 @@ impl Loop {
         }
         for _ in 0..HALVINGS {
             let middle = (stable + margin) / 2.0;
-            match shrinks(middle)? {
-                true => stable = middle,
-                false => margin = middle,
+            if shrinks(middle)? {
+                stable = middle;
+            } else {
+                margin = middle;
             }
         }
         Ok(margin)
     }
 
-    /// The expected cost per second of the loop in its steady state, with disturbances
-    /// `noise` and random loss of messages on `/action`. `None` if it grows without
-    /// bound.
+    /// Returns the expected cost per second of the loop in its steady state, with disturbances
+    /// `noise` and random loss of messages on `/action`. `None` if it grows without bound.
     ///
     /// The covariance of the state passes through the same product of maps as a deviation
     /// in [`Loop::stability`]. Nilsson, *Real-Time Control Systems with Delays* (1998);
@@ -105,7 +104,7 @@ impl Loop {
         weights: &Weights,
         loss: Loss,
     ) -> Result<Option<f64>, StabilityError> {
-        let (passage, schedule) = Passage::of(self)?;
+        let (passage, schedule) = Passage::new(self)?;
         if self.mean_square_growth(loss)? >= 0.0 {
             return Ok(None);
         }
@@ -113,7 +112,7 @@ impl Loop {
             passage: &passage,
             loss,
         };
-        let disturbances = Disturbances::of(&passage, self, noise, weights);
+        let disturbances = Disturbances::new(&passage, self, noise, weights);
         let size = passage.size();
         // The covariance that disturbances add in one period, and the map of the
         // covariance over a period.
@@ -128,20 +127,22 @@ impl Loop {
         }))
     }
 
-    /// The expected cost per second, from rest until the last of these pushes is applied,
-    /// with disturbances `noise`: for drawn or recorded timing. Each push must be based
-    /// on the same reading as the previous one or on a newer one; the loop's own timing
-    /// is ignored.
+    /// Returns the expected cost per second, from rest until the last of these pushes is applied,
+    /// with disturbances `noise`: for drawn or recorded timing. Each push must be based on the same
+    /// reading as the previous one or on a newer one; the loop's own timing is ignored.
     ///
     /// The method of JitterTime: Cervin, Pazzaglia, Barzegaran and Mahfouzi, *Using
     /// JitterTime to analyze transient performance in adaptive and reconfigurable control
     /// systems*, ETFA 2019.
     pub fn cost_along(&self, pushes: &[TimedPush], noise: &Noise, weights: &Weights) -> f64 {
-        let end = pushes.iter().map(|push| push.applied).max();
-        let end = end.unwrap_or(Time::ZERO);
+        let end = pushes
+            .iter()
+            .map(|push| push.applied)
+            .max()
+            .unwrap_or(Time::ZERO);
         let events = events(pushes, self.world, Time::ZERO, Time::ZERO, end);
         let passage = Passage::through(self, events);
-        let disturbances = Disturbances::of(&passage, self, noise, weights);
+        let disturbances = Disturbances::new(&passage, self, noise, weights);
         let covariance = Covariance {
             passage: &passage,
             loss: Loss::NONE,
@@ -202,7 +203,7 @@ impl Covariance<'_> {
         cost
     }
 
-    /// The effect of the passage on a covariance, as a matrix that acts on stacked upper
+    /// Returns the effect of the passage on a covariance, as a matrix that acts on stacked upper
     /// triangles.
     fn matrix(&self) -> DMatrix<f64> {
         let size = self.passage.size();
@@ -228,19 +229,19 @@ pub(super) fn twice(covariance: &mut DMatrix<f64>, map: impl Fn(&mut DMatrix<f64
     map(covariance);
 }
 
-/// The indices of the upper triangle.
+/// Returns the indices of the upper triangle.
 fn triangle(size: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..size).flat_map(|column| (0..=column).map(move |row| (row, column)))
 }
 
-/// The upper triangle as a vector.
+/// Returns the upper triangle as a vector.
 fn flat(covariance: &DMatrix<f64>) -> DVector<f64> {
     let places = triangle(covariance.nrows());
     let entries: Vec<_> = places.map(|place| covariance[place]).collect();
     DVector::from_vec(entries)
 }
 
-/// The covariance with this upper triangle.
+/// Returns the covariance with this upper triangle.
 fn symmetric(flat: &DVector<f64>, size: usize) -> DMatrix<f64> {
     let mut covariance = DMatrix::zeros(size, size);
     for ((row, column), entry) in triangle(size).zip(flat.iter()) {

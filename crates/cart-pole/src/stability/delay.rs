@@ -35,7 +35,7 @@ pub struct DelayMargin {
 }
 
 impl Loop {
-    /// The shortest delay of `/action`, all else equal, at which small deviations do not
+    /// Returns the shortest delay of `/action`, all else equal, at which small deviations do not
     /// shrink: a search upwards from zero in steps of 1 ms, then bisection over the exact
     /// schedules. `None` if the loop is stable even at 2 s.
     ///
@@ -75,9 +75,9 @@ impl Loop {
     }
 }
 
-/// The mean push age above which small deviations grow, for `policy` at these rates: that
-/// of the loop with the shortest constant delay at which they grow, in continuous time.
-/// An action is applied on delivery.
+/// Returns the mean push age above which small deviations grow, for `policy` at these rates: that
+/// of the loop with the shortest constant delay at which they grow, in continuous time. An action
+/// is applied on delivery.
 ///
 /// Where sensor and policy meet less often than once a second, the limit is that of rounded
 /// rates, which from 7 Hz on is within a millisecond of the exact one.
@@ -89,14 +89,15 @@ impl Loop {
 /// [`StabilityError`], with the reason.
 pub fn age_limit(policy: &PolicySpec, rates: Rates) -> Result<Duration, StabilityError> {
     let gains = gains(policy, rates.control)?;
-    let rates = rates.meeting_soon();
+    let nearby = rates.meeting_soon();
     let timing = Timing {
-        sensor: Cadence::new(rates.sensor),
-        ..Timing::direct(rates.control)
+        sensor: Cadence::new(nearby.sensor),
+        ..Timing::direct(nearby.control)
     };
     let control = Loop::cart_pole(gains, WorldModel::Continuous, timing)?;
-    let margin = control.delay_margin()?;
-    let margin = margin.ok_or_else(|| StabilityError::Boundless(policy.to_string()))?;
+    let margin = control
+        .delay_margin()?
+        .ok_or_else(|| StabilityError::Boundless(policy.to_string()))?;
     Ok(margin.there.mean_push_age)
 }
 
@@ -105,14 +106,15 @@ pub fn age_limit(policy: &PolicySpec, rates: Rates) -> Result<Duration, Stabilit
 const SOON: Duration = Duration::from_secs(1);
 
 impl Rates {
-    /// The nearest rates that meet often, if these meet too seldom.
+    /// Returns the nearest rates that meet often, if these meet too seldom.
     fn meeting_soon(self) -> Self {
-        match hyper_period([self.sensor, self.control]) > SOON {
-            true => Self {
+        if hyper_period([self.sensor, self.control]) > SOON {
+            Self {
                 sensor: rounded(self.sensor),
                 control: rounded(self.control),
-            },
-            false => self,
+            }
+        } else {
+            self
         }
     }
 }

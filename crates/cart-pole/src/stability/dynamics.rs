@@ -20,7 +20,7 @@ pub struct Dynamics {
 }
 
 impl Dynamics {
-    /// The dynamics of the cart-pole, from one physics step of MuJoCo.
+    /// Creates the dynamics of the cart-pole, from one physics step of MuJoCo.
     ///
     /// A step first updates the velocities, then the positions with the new velocities,
     /// and at rest no force depends on a velocity. Therefore the change of the velocities

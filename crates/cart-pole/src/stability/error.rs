@@ -42,6 +42,6 @@ pub enum StabilityError {
     #[error("the policy {0} is stable at every tested delay")]
     Boundless(String),
     /// A knob beyond the theory.
-    #[error("{0} is no part of the theory")]
+    #[error("{0} is not part of the theory")]
     Knob(String),
 }

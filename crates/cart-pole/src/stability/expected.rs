@@ -35,13 +35,14 @@ pub enum Expected {
     Planned(PlannedOutlook),
 }
 
-/// The prediction of linear theory for a run of the cart-pole with `setup` in `world`.
+/// Returns the prediction of linear theory for a run of the cart-pole with `setup` in `world`.
 ///
 /// # Errors
 /// [`StabilityError`] with the reason, if there is none.
 pub fn expected(setup: &Setup, world: WorldKind) -> Result<Expected, StabilityError> {
     let mut read = Reading::new(world);
-    read.chunks = ChunkSettings::of(setup).map_err(StabilityError::Knob)?;
+    read.chunks = ChunkSettings::from_setup(setup)
+        .map_err(|error| StabilityError::Knob(error.to_string()))?;
     for knob in setup.iter() {
         if read.take(knob).is_none() {
             return Err(StabilityError::Knob(knob.to_string()));
@@ -64,7 +65,7 @@ struct Reading {
     disturbance: f64,
 }
 
-/// The minimum of a draw, and its range above that; `None` if it is unbounded.
+/// Returns the minimum of a draw, and its range above that; `None` if it is unbounded.
 fn bounds(draw: &Draw) -> Option<(Duration, Duration)> {
     match draw {
         Draw::Constant(duration) => Some((*duration, Duration::ZERO)),
@@ -177,7 +178,7 @@ impl Reading {
         }
     }
 
-    /// What is expected of chunks that are played by time, the newest one.
+    /// Returns what is expected of chunks that are played by time, the newest one.
     fn planned(&self, settings: &ChunkSettings) -> Result<Expected, StabilityError> {
         let usual = Cadence::new(actuator_hz());
         let known = [
@@ -198,7 +199,7 @@ impl Reading {
         ))
     }
 
-    /// The random loss, and the action after a loss.
+    /// Returns the random loss, and the action after a loss.
     fn lost(&self) -> Result<Option<Loss>, StabilityError> {
         let lost = match self.stale {
             OnStale::Hold => Lost::Hold,
@@ -212,8 +213,8 @@ impl Reading {
         Ok((probability > 0.0).then_some(Loss { probability, lost }))
     }
 
-    /// Whether each action is applied once, immediately or never, where actions older
-    /// than `limit` are not applied.
+    /// Returns whether each action is applied once, immediately or never, where actions older than
+    /// `limit` are not applied.
     fn applies_once(&self, limit: Duration) -> bool {
         let (timing, period) = (&self.timing, self.timing.policy.hz.period());
         let slow = timing
@@ -222,16 +223,18 @@ impl Reading {
         slow && limit < period && timing.constant().is_zero()
     }
 
-    /// The maximum age of an action in force: its delays and waits until it is applied,
-    /// the time it is held, and one step of a world that is not continuous.
+    /// Returns the maximum age of an action in force: its delays and waits until it is applied, the
+    /// time it is held, and one step of a world that is not continuous.
     fn oldest(&self) -> Duration {
         let timing = &self.timing;
         let spread: Duration = self.spread.iter().sum();
         let longest = timing.policy_takes + self.spread[1];
         let period = timing.policy.hz.period();
-        let held = match longest <= period {
-            true => period,
-            false => longest + period, // Ticks due meanwhile are skipped.
+        let held = if longest <= period {
+            period
+        } else {
+            // Ticks due meanwhile are skipped.
+            longest + period
         };
         let at_once =
             timing.sensor == timing.policy && timing.obs_delay + self.spread[0] == Duration::ZERO;

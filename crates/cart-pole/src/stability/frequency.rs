@@ -33,13 +33,13 @@ pub(super) fn frequencies() -> impl Iterator<Item = f64> {
     steps.map(|step| LOWEST * 10.0_f64.powf(f64::from(step) / f64::from(PER_DECADE)))
 }
 
-/// A real number as a complex one.
+/// Returns a real number as a complex one.
 pub(super) fn complex(real: f64) -> Complex<f64> {
     Complex::new(real, 0.0)
 }
 
 impl Loop {
-    /// Whether deviations shrink in continuous time without delays.
+    /// Returns whether deviations shrink in continuous time without delays.
     pub(super) fn shrinks_without_delay(&self) -> bool {
         let Dynamics { f, g } = self.dynamics;
         let closed = f + g * RowVector4::from(self.gains);
@@ -49,16 +49,15 @@ impl Loop {
             .all(|pole| pole.re < 0.0)
     }
 
-    /// The response of the open loop to `s`: `−K·(s − F)⁻¹·G`. `None` at its
-    /// poles.
+    /// Returns the response of the open loop to `s`: `−K·(s − F)⁻¹·G`. `None` at its poles.
     pub(super) fn open_loop(&self, s: Complex<f64>) -> Option<Complex<f64>> {
         let resolvent = Matrix4::identity() * s - self.dynamics.f.map(complex);
         let state = resolvent.try_inverse()? * self.dynamics.g.map(complex);
         Some(-(RowVector4::from(self.gains).map(complex) * state)[0])
     }
 
-    /// The margins of the loop in continuous time without delays. `None` if deviations
-    /// grow without any delay, or shrink with any.
+    /// Returns the margins of the loop in continuous time without delays. `None` if deviations grow
+    /// without any delay, or shrink with any.
     ///
     /// A delay `τ` turns the phase of the loop at the frequency `ω` by `ωτ` and leaves
     /// its gain unchanged. The loop oscillates where the gain is 1 and this turn uses up
@@ -86,14 +85,15 @@ impl Loop {
     }
 }
 
-/// The frequency between two at which `louder` changes.
+/// Returns the frequency between two at which `louder` changes.
 fn edge(mut low: f64, mut high: f64, louder: impl Fn(f64) -> bool) -> f64 {
     let below = louder(low);
     for _ in 0..HALVINGS {
         let middle = (low * high).sqrt();
-        match louder(middle) == below {
-            true => low = middle,
-            false => high = middle,
+        if louder(middle) == below {
+            low = middle;
+        } else {
+            high = middle;
         }
     }
     low

@@ -6,8 +6,8 @@ use ratelab::{Message, Time};
 
 use crate::ControlStep;
 
-/// The rate (1/s) at which the pole's angle grew in a run, from run time `from`
-/// until the action first clipped, or the run ended; negative if it shrank.
+/// Returns the rate (1/s) at which the pole's angle grew in a run, from run time `from` until the
+/// action first clipped, or the run ended; negative if it shrank.
 ///
 /// The first half of that interval is skipped, until the fastest-growing part of the
 /// deviation dominates. In the second half the angles at two moments a whole number of
@@ -15,7 +15,7 @@ use crate::ControlStep;
 /// rather than its trend.
 ///
 /// Where the largest multipliers are a complex pair, at 11 Hz and above, the
-/// angle turns as well as shrinks, and this is no measure of it.
+/// angle turns as well as shrinks, and this does not measure it.
 ///
 /// `None` if less than one hyper-period remains, or no angle to compare.
 pub fn measured_growth(
@@ -23,8 +23,11 @@ pub fn measured_growth(
     from: Time,
     hyper_period: Duration,
 ) -> Option<f64> {
-    let steps = steps.iter().skip_while(|step| step.stamp < from);
-    let linear: Vec<_> = steps.take_while(|step| !clips(&step.data)).collect();
+    let linear: Vec<_> = steps
+        .iter()
+        .skip_while(|step| step.stamp < from)
+        .take_while(|step| !clips(&step.data))
+        .collect();
     let (first, last) = (linear.first()?, linear.last()?);
     let half = last.stamp.since(first.stamp) / 2;
     let periods = half.as_nanos().checked_div(hyper_period.as_nanos())?;
@@ -37,7 +40,7 @@ pub fn measured_growth(
     growth.is_finite().then_some(growth)
 }
 
-/// Whether the action is clipped.
+/// Returns whether the action is clipped.
 fn clips(step: &ControlStep) -> bool {
     step.action.0.abs() >= 1.0
 }

@@ -38,9 +38,9 @@ pub struct JitterMargin {
 }
 
 impl Loop {
-    /// The largest age of the action in force at which deviations shrink for any timing:
-    /// any rates, delays, losses and patterns of these. `None` if the continuous loop is
-    /// unstable without any delay.
+    /// Returns the largest age of the action in force at which deviations shrink for any timing:
+    /// any rates, delays, losses and patterns of these. `None` if the continuous loop is unstable
+    /// without any delay.
     ///
     /// A small-gain condition, and only sufficient: the closed loop `T`, from a
     /// disturbance of the action to the action, has `|ω·T(iω)| < 1 / age` at all
@@ -60,7 +60,7 @@ impl Loop {
         Duration::try_from_secs_f64(1.0 / loudest.max(limit)).ok()
     }
 
-    /// The largest variation of the delay of actions, beyond the constant delays of this
+    /// Returns the largest variation of the delay of actions, beyond the constant delays of this
     /// loop, at which deviations shrink. `None` if they grow without any jitter.
     ///
     /// The plant is continuous here, and each reading of the sensor has an action: where
@@ -97,7 +97,7 @@ impl Loop {
             }))
     }
 
-    /// The largest gain of the sampled loop, from the force that jitter adds to the plant
+    /// Returns the largest gain of the sampled loop, from the force that jitter adds to the plant
     /// to the change from one action to the next.
     fn loudest(&self, period: Duration, constant: Duration) -> f64 {
         let flow = |seconds| Span::flow(&self.dynamics, seconds, &UNIT, &Weights::default());
@@ -123,9 +123,9 @@ impl Loop {
     }
 }
 
-/// The jitter in periods for the gain `most`: with `n` whole periods and a fraction `g`,
-/// the change is one of up to `n + 1` differences of actions for the fraction `g` of a
-/// period and of up to `n` for the rest, `most² = n² + 2ng + g`.
+/// Returns the jitter in periods for the gain `most`: with `n` whole periods and a fraction `g`,
+/// the change is one of up to `n + 1` differences of actions for the fraction `g` of a period and
+/// of up to `n` for the rest, `most² = n² + 2ng + g`.
 fn periods(most: f64) -> f64 {
     let whole = most.floor();
     whole + (most * most - whole * whole) / (2.0 * whole + 1.0)

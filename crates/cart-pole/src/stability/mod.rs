@@ -23,7 +23,7 @@
 //!
 //! | question | answer |
 //! |---|---|
-//! | Do small deviations shrink? | [`Loop::stability`]; [`Stability::of`] in the course's world |
+//! | Do small deviations shrink? | [`Loop::stability`]; [`Stability::for_rates`] in the course's world |
 //! | Up to which constant delay? | [`Loop::delay_margin`], [`Loop::continuous_margins`] |
 //! | Up to which mean push age? | [`age_limit`] |
 //! | Up to which changing delay, whatever its pattern? | [`Loop::jitter_margin`] |

@@ -36,14 +36,14 @@ impl Stability {
     /// # Errors
     /// [`StabilityError`], usually because the hyper-period is longer than
     /// [`LONGEST`](super::LONGEST).
-    pub fn of(rates: Rates) -> Result<Self, StabilityError> {
+    pub fn for_rates(rates: Rates) -> Result<Self, StabilityError> {
         Loop::cart_pole(Scripted::GAINS, WorldModel::Course, rates)?.stability()
     }
 
-    /// The Floquet multipliers, the one with the largest modulus first. Infinite where a
-    /// deviation overflows within one hyper-period; [`growth`](Self::growth) stays
-    /// finite. Includes those of the actions stored from one hyper-period to the next;
-    /// empty if their computation does not converge.
+    /// Returns the Floquet multipliers, the one with the largest modulus first. Infinite where a
+    /// deviation overflows within one hyper-period; [`growth`](Self::growth) stays finite. Includes
+    /// the multipliers of actions stored from one hyper-period to the next; empty if their
+    /// computation does not converge.
     pub fn multipliers(&self) -> Vec<Complex<f64>> {
         let schur = Schur::try_new(self.scaled.clone(), f64::EPSILON, ROUNDS);
         let scaled = schur.iter().flat_map(|schur| {
@@ -56,20 +56,20 @@ impl Stability {
         multipliers
     }
 
-    /// The factor by which a deviation grows in one hyper-period, in the long
-    /// run: the largest modulus of the multipliers.
+    /// Returns the factor by which a deviation grows in one hyper-period, in the long run: the
+    /// largest modulus of the multipliers.
     pub fn spectral_radius(&self) -> f64 {
         self.log_radius.exp()
     }
 
-    /// The rate at which a small deviation grows in the long run (1/s);
-    /// negative if it shrinks.
+    /// Returns the rate at which a small deviation grows in the long run (1/s); negative if it
+    /// shrinks.
     pub fn growth(&self) -> f64 {
         self.log_radius / self.hyper_period.as_secs_f64()
     }
 
-    /// Whether small deviations shrink. An unstable loop may still keep the pole up, with
-    /// a limited oscillation.
+    /// Returns whether small deviations shrink. An unstable loop may still keep the pole up, with a
+    /// limited oscillation.
     pub fn is_stable(&self) -> bool {
         self.log_radius < 0.0
     }
@@ -82,7 +82,7 @@ impl Loop {
     /// [`StabilityError`], usually because the hyper-period is longer than
     /// [`LONGEST`](super::LONGEST).
     pub fn stability(&self) -> Result<Stability, StabilityError> {
-        let (passage, schedule) = Passage::of(self)?;
+        let (passage, schedule) = Passage::new(self)?;
         let (scaled, log_scale) = product(&passage);
         Ok(Stability {
             hyper_period: schedule.period,
@@ -94,8 +94,8 @@ impl Loop {
     }
 }
 
-/// The effect of a passage on the loop's state as a linear map, divided by `e^s`,
-/// together with `s`, which keeps the numbers finite.
+/// Returns the effect of a passage on the loop's state as a linear map, divided by `e^s`, together
+/// with `s`, which keeps the numbers finite.
 fn product(passage: &Passage) -> (DMatrix<f64>, f64) {
     let mut states = DMatrix::identity(passage.size(), passage.size());
     let mut log_scale = 0.0;
@@ -110,9 +110,9 @@ fn product(passage: &Passage) -> (DMatrix<f64>, f64) {
     (states, log_scale)
 }
 
-/// The logarithm of the largest modulus of the eigenvalues of `matrix`, from the size of
-/// its powers: Gelfand's formula, which needs no iteration for eigenvalues and therefore
-/// always converges. Minus infinity if a power is zero.
+/// Returns the logarithm of the largest modulus of the eigenvalues of `matrix`, from the size of
+/// its powers: Gelfand's formula, which needs no iteration for eigenvalues and therefore always
+/// converges. Minus infinity if a power is zero.
 pub(super) fn log_spectral_radius(mut matrix: DMatrix<f64>) -> f64 {
     let (mut log_radius, mut weight) = (0.0, 1.0);
     for _ in 0..SQUARINGS {

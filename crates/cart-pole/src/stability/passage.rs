@@ -37,27 +37,27 @@ pub(super) struct Disturbances {
 }
 
 impl Passage {
-    /// The passage of one hyper-period of `control`.
+    /// Returns the passage of one hyper-period of `control`.
     ///
     /// # Errors
     /// [`StabilityError::Aperiodic`] if it is too long.
-    pub fn of(control: &Loop) -> Result<(Self, LoopSchedule), StabilityError> {
-        let schedule = LoopSchedule::of(control.timing, control.world)?;
+    pub fn new(control: &Loop) -> Result<(Self, LoopSchedule), StabilityError> {
+        let schedule = LoopSchedule::new(control.timing, control.world)?;
         let passage = Self::through(control, schedule.events.clone());
         Ok((passage, schedule))
     }
 
-    /// The passage of these events in `control`'s world.
+    /// Creates the passage of these events in `control`'s world.
     pub fn through(control: &Loop, events: Vec<ScheduleEvent>) -> Self {
         let motion = |units| control.world.motion(&control.dynamics, units);
         Self {
-            motions: of_lengths(&events, motion),
+            motions: per_length(&events, motion),
             events,
             gains: control.gains.into(),
         }
     }
 
-    /// The size of the loop's state.
+    /// Returns the size of the loop's state.
     pub fn size(&self) -> usize {
         NEWEST + readings(&self.events)
     }
@@ -86,19 +86,19 @@ impl Passage {
 }
 
 impl Disturbances {
-    /// The disturbances of `passage` in `control`'s world.
-    pub fn of(passage: &Passage, control: &Loop, noise: &Noise, weights: &Weights) -> Self {
+    /// Creates the disturbances of `passage` in `control`'s world.
+    pub fn new(passage: &Passage, control: &Loop, noise: &Noise, weights: &Weights) -> Self {
         let span = |units| control.world.span(&control.dynamics, units, noise, weights);
         let errors = control.gains.iter().zip(noise.reading);
         Self {
-            spans: of_lengths(&passage.events, span),
+            spans: per_length(&passage.events, span),
             reading: errors.map(|(gain, error)| gain * gain * error).sum(),
         }
     }
 }
 
-/// `of` each length of advance among `events`.
-fn of_lengths<T>(events: &[ScheduleEvent], of: impl Fn(u64) -> T) -> BTreeMap<u64, T> {
+/// Returns `of` each length of advance among `events`.
+fn per_length<T>(events: &[ScheduleEvent], of: impl Fn(u64) -> T) -> BTreeMap<u64, T> {
     let mut known = BTreeMap::new();
     for event in events {
         if let ScheduleEvent::Advance(units) = *event {

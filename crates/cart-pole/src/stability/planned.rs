@@ -20,8 +20,8 @@ use crate::{
 /// Ticks of the player in the ten seconds that are looked at.
 const TICKS: u64 = 500;
 
-/// First row of what the newest plan takes the plant's state to be; those of the plans before
-/// it are below.
+/// First row of the newest plan's estimate of the plant's state; the rows of earlier plans
+/// are below.
 const NEWEST: usize = 5;
 
 /// The coordinates that have a limit; the row of its velocity is two below.
@@ -70,9 +70,9 @@ impl PlanTimes {
 }
 
 impl Loop {
-    /// What becomes of the loop if its policy answers with chunks of these `settings`, of which
-    /// the player takes the newest by time. The player has the timing of the actuator, and the
-    /// disturbance this standard deviation (as an action), new in each of its ticks.
+    /// Returns what becomes of the loop if its policy answers with chunks of these `settings`, of
+    /// which the player takes the newest by time. The player has the timing of the actuator, and
+    /// the disturbance this standard deviation (as an action), new in each of its ticks.
     ///
     /// The share that stands is that of a Gaussian process which passes its limits as rarely as
     /// Rice's formula says, each time on its own; and never more than are within them at any
@@ -86,7 +86,7 @@ impl Loop {
         settings: &ChunkSettings,
         disturbance: f64,
     ) -> Result<PlannedOutlook, PlantError> {
-        let planned = PlannedLoop::of(self, settings)?;
+        let planned = PlannedLoop::new(self, settings)?;
         Ok(PlannedOutlook {
             growth: planned.growth(),
             stands: planned.stands(disturbance),
@@ -95,14 +95,14 @@ impl Loop {
 }
 
 impl<'a> PlannedLoop<'a> {
-    fn of(control: &'a Loop, settings: &ChunkSettings) -> Result<Self, PlantError> {
+    fn new(control: &'a Loop, settings: &ChunkSettings) -> Result<Self, PlantError> {
         let units = ACTION_PERIOD.as_nanos() / control.world.unit().as_nanos();
         let mut planned = Self {
             control,
             holds: settings.plan == PlanKind::Hold,
             horizon: settings.horizon.get() as u64,
             plant: control.world.motion(&control.dynamics, units as u64),
-            model: LinearPlant::of_model(settings.model.length)?,
+            model: LinearPlant::for_model(settings.model.length)?,
             chunks: chunks(control, settings),
             plans: 1,
         };
@@ -117,12 +117,12 @@ impl<'a> PlannedLoop<'a> {
         Ok(planned)
     }
 
-    /// Number of chunks whose reading is made by tick `at`.
+    /// Returns the number of chunks whose reading is made by tick `at`.
     fn known(&self, at: u64) -> usize {
         self.chunks.partition_point(|chunk| chunk.read <= at)
     }
 
-    /// The newest of the first `known` chunks that has come by tick `at`.
+    /// Returns the newest of the first `known` chunks that has come by tick `at`.
     fn newest(&self, known: usize, at: u64, comes: fn(&PlanTimes) -> u64) -> Option<usize> {
         self.chunks[..known]
             .iter()
@@ -155,9 +155,10 @@ impl<'a> PlannedLoop<'a> {
         if !self.holds {
             let live = known.saturating_sub(self.plans)..known;
             let actions = live.clone().map(|chunk| {
-                let mover = match self.chunks[chunk].own <= at {
-                    true => Some(chunk),
-                    false => self.newest(chunk, at, |chunk| chunk.own),
+                let mover = if self.chunks[chunk].own <= at {
+                    Some(chunk)
+                } else {
+                    self.newest(chunk, at, |chunk| chunk.own)
                 };
                 match mover.filter(lasts).filter(|mover| live.contains(mover)) {
                     Some(mover) => gains * states.rows(place(mover), 4),
@@ -202,7 +203,7 @@ impl<'a> PlannedLoop<'a> {
     }
 }
 
-/// The chunks of twenty seconds.
+/// Returns the chunks of twenty seconds.
 fn chunks(control: &Loop, settings: &ChunkSettings) -> Vec<PlanTimes> {
     let timing = control.timing;
     let tick = |time: Time| time.as_nanos().div_ceil(ACTION_PERIOD.as_nanos() as u64);

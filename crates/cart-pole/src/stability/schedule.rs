@@ -37,21 +37,23 @@ pub(super) struct LoopSchedule {
 }
 
 impl Rates {
-    /// The time after which all three nodes are due together again.
+    /// Returns the time after which all three nodes are due together again.
     pub fn hyper_period(self) -> Duration {
         grid(Timing::from(self), WorldModel::Course)
     }
 }
 
 impl LoopSchedule {
-    /// The schedule of `timing` in `world`, after all nodes have started.
-    pub fn of(timing: Timing, world: WorldModel) -> Result<Self, StabilityError> {
+    /// Creates the schedule of `timing` in `world`, after all nodes have started.
+    pub fn new(timing: Timing, world: WorldModel) -> Result<Self, StabilityError> {
         let grid = grid(timing, world);
         let (begin, period) = repetition(timing, grid)?;
         let settled = timing.slowest() + world.unit();
         let (from, to) = (begin + settled, begin + settled + period);
-        let decisions = timing.pushes().skip_while(|(start, _)| *start < begin);
-        let decisions = decisions.take_while(|(start, _)| *start < to + settled);
+        let decisions = timing
+            .pushes()
+            .skip_while(|(start, _)| *start < begin)
+            .take_while(|(start, _)| *start < to + settled);
         let pushes: Vec<_> = decisions.map(|(_, push)| push).collect();
         // In the course's world the plant's time starts with the actuator.
         let origin = match (world, timing.actuator) {
@@ -66,7 +68,7 @@ impl LoopSchedule {
     }
 }
 
-/// The number of readings that `events` need.
+/// Returns the number of readings that `events` need.
 pub(super) fn readings(events: &[ScheduleEvent]) -> usize {
     let ago = events.iter().map(|event| match event {
         ScheduleEvent::Apply(ago) => ago + 1,
@@ -75,7 +77,7 @@ pub(super) fn readings(events: &[ScheduleEvent]) -> usize {
     ago.max().unwrap_or(1)
 }
 
-/// The common period of all nodes and of the world.
+/// Returns the common period of all nodes and of the world.
 fn grid(timing: Timing, world: WorldModel) -> Duration {
     // With the plant's own rate, or one of 1 kHz, it is a whole number of nanoseconds.
     let millisecond = match world {
@@ -96,8 +98,8 @@ fn least_common_multiple(a: u128, b: u128) -> u128 {
     (a / divisor.max(1)).saturating_mul(b)
 }
 
-/// A decision from which on the schedule repeats, and its period. With a policy that
-/// takes time this may be several periods of the grid.
+/// Returns a decision from which on the schedule repeats, and its period. With a policy that takes
+/// time this may be several periods of the grid.
 fn repetition(timing: Timing, grid: Duration) -> Result<(Time, Duration), StabilityError> {
     let offsets = timing.cadences().map(|cadence| cadence.offset);
     let offset = offsets.max().unwrap_or_default();
@@ -126,7 +128,7 @@ fn repetition(timing: Timing, grid: Duration) -> Result<(Time, Duration), Stabil
     Err(aperiodic(2 * LONGEST))
 }
 
-/// The events of `pushes` in `world` between two moments.
+/// Returns the events of `pushes` in `world` between two moments.
 pub(super) fn events(
     pushes: &[TimedPush],
     world: WorldModel,
@@ -157,9 +159,10 @@ pub(super) fn events(
         if (from..to).contains(&unit) {
             advance(&mut events, world, unit - now);
             now = unit;
-            events.push(match sense {
-                true => ScheduleEvent::Sense,
-                false => ScheduleEvent::Apply(newest - reading),
+            events.push(if sense {
+                ScheduleEvent::Sense
+            } else {
+                ScheduleEvent::Apply(newest - reading)
             });
         }
     }
@@ -177,8 +180,8 @@ fn advance(events: &mut Vec<ScheduleEvent>, world: WorldModel, mut units: u128) 
     }
 }
 
-/// The mean age of the action in force (s) between two moments, both after the first
-/// push. Of several actions applied at once the last counts.
+/// Returns the mean age of the action in force (s) between two moments, both after the first push.
+/// Of several actions applied at once the last counts.
 fn mean_age(pushes: &[TimedPush], from: Time, to: Time) -> f64 {
     let mut sum = 0.0;
     let replaced = pushes.iter().skip(1).map(|next| next.applied).chain([to]);

@@ -38,7 +38,7 @@ pub struct Weights {
 }
 
 impl Default for Weights {
-    /// The weights of the regulator `lqr`: each of cart position, pole angle and action
+    /// Creates the weights of the regulator `lqr`: each of cart position, pole angle and action
     /// costs 1 per second at the limit of a lost run or at the motor's full force.
     fn default() -> Self {
         // Not by `powi`: its last bit depends on whether the compiler or the machine computes it.
@@ -64,7 +64,7 @@ pub(super) struct Span {
 }
 
 impl Span {
-    /// The motion alone of a stretch of `seconds` in continuous time.
+    /// Returns the motion alone of a stretch of `seconds` in continuous time.
     pub fn motion(dynamics: &Dynamics, seconds: f64) -> Matrix5<f64> {
         let f = extended(dynamics);
         let doublings = doublings(&f, seconds);
@@ -78,7 +78,7 @@ impl Span {
         (0..doublings).fold(short, |motion, _| motion * motion)
     }
 
-    /// A stretch of length zero.
+    /// Creates a stretch of length zero.
     fn nothing() -> Self {
         Self {
             motion: Matrix5::identity(),
@@ -88,7 +88,7 @@ impl Span {
         }
     }
 
-    /// A stretch of `seconds` in continuous time.
+    /// Creates a stretch of `seconds` in continuous time.
     ///
     /// Motion, covariance and costs are integrals of exponentials: a power series for a
     /// stretch that is short enough, then doubled. Source of the integrals: Van Loan,
@@ -126,17 +126,17 @@ impl Span {
         }
     }
 
-    /// The effect of the state on the state.
+    /// Returns the effect of the state on the state.
     pub fn a(&self) -> Matrix4<f64> {
         self.motion.fixed_view::<4, 4>(0, 0).into()
     }
 
-    /// The effect of the action on the state.
+    /// Returns the effect of the action on the state.
     pub fn b(&self) -> Vector4<f64> {
         self.motion.fixed_view::<4, 1>(0, 4).into()
     }
 
-    /// The covariance that disturbances add to the state.
+    /// Returns the covariance that disturbances add to the state.
     pub fn disturbance(&self) -> Matrix4<f64> {
         self.noise.fixed_view::<4, 4>(0, 0).into()
     }
@@ -155,12 +155,12 @@ impl Span {
     }
 }
 
-/// The number of halvings after which a stretch is short.
+/// Returns the number of halvings after which a stretch is short.
 fn doublings(f: &Matrix5<f64>, seconds: f64) -> i32 {
     (f.norm() * seconds / SHORT).log2().ceil().max(0.0) as i32
 }
 
-/// The dynamics of `z`: the action is constant.
+/// Returns the dynamics of `z`: the action is constant.
 fn extended(dynamics: &Dynamics) -> Matrix5<f64> {
     let mut f = Matrix5::zeros();
     f.fixed_view_mut::<4, 4>(0, 0).copy_from(&dynamics.f);
@@ -168,7 +168,7 @@ fn extended(dynamics: &Dynamics) -> Matrix5<f64> {
     f
 }
 
-/// The cost per second as a quadratic form of `z`.
+/// Returns the cost per second as a quadratic form of `z`.
 fn quadratic(weights: &Weights) -> Matrix5<f64> {
     let [cart, angle, cart_velocity, pole_velocity] = weights.state;
     Matrix5::from_diagonal(&Vector5::new(
@@ -180,7 +180,7 @@ fn quadratic(weights: &Weights) -> Matrix5<f64> {
     ))
 }
 
-/// The integrals by their power series; `f · seconds` is small.
+/// Returns the integrals by their power series; `f · seconds` is small.
 fn series(f: &Matrix5<f64>, seconds: f64, noise: &Noise, weights: &Weights) -> Span {
     let g = f.column(4);
     let cost = quadratic(weights);

@@ -56,7 +56,7 @@ pub struct TimedPush {
 }
 
 impl Cadence {
-    /// A cadence of `hz` ticks per second, from the beginning of a run.
+    /// Creates a cadence of `hz` ticks per second, from the beginning of a run.
     pub fn new(hz: Hz) -> Self {
         let offset = Duration::ZERO;
         Self { hz, offset }
@@ -68,7 +68,7 @@ impl Cadence {
 }
 
 impl From<Rates> for Timing {
-    /// The default graph, where nothing takes time.
+    /// Creates the default graph, where nothing takes time.
     fn from(Rates { sensor, control }: Rates) -> Self {
         Self {
             sensor: Cadence::new(sensor),
@@ -80,7 +80,7 @@ impl From<Rates> for Timing {
 }
 
 impl Timing {
-    /// A reading, a decision and its application at the same instant, `hz` times per
+    /// Creates a reading, a decision and its application at the same instant, `hz` times per
     /// second.
     pub fn direct(hz: Hz) -> Self {
         Self {
@@ -93,12 +93,12 @@ impl Timing {
         }
     }
 
-    /// The cadences of the nodes.
+    /// Returns the cadences of the nodes.
     pub(super) fn cadences(self) -> impl Iterator<Item = Cadence> {
         [self.sensor, self.policy].into_iter().chain(self.actuator)
     }
 
-    /// The largest age of the reading behind an action when the action is applied.
+    /// Returns the largest age of the reading behind an action when the action is applied.
     pub(super) fn slowest(self) -> Duration {
         let waits = [Some(self.sensor), self.actuator].into_iter().flatten();
         let waits: Duration = waits
@@ -107,14 +107,14 @@ impl Timing {
         waits.saturating_add(self.constant())
     }
 
-    /// The delay from a reading to its action, without any waiting.
+    /// Returns the delay from a reading to its action, without any waiting.
     pub(super) fn constant(self) -> Duration {
         let links = self.obs_delay.saturating_add(self.action_delay);
         links.saturating_add(self.policy_takes)
     }
 
-    /// All decisions: the start of each, and the resulting push. Decisions before the
-    /// first reading are left out.
+    /// Returns all decisions: the start of each, and the resulting push. Decisions before the first
+    /// reading are left out.
     pub(super) fn pushes(self) -> impl Iterator<Item = (Time, TimedPush)> {
         let (mut sensor, mut policy) = (self.sensor.rate(), self.policy.rate());
         let mut actuator = self.actuator.map(Cadence::rate);

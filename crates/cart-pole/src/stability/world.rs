@@ -29,7 +29,7 @@ pub enum WorldModel {
 }
 
 impl WorldModel {
-    /// The smallest unit of its time.
+    /// Returns the smallest unit of its time.
     pub(super) fn unit(self) -> Duration {
         match self {
             Self::Course => actuator_hz().period(),
@@ -38,7 +38,7 @@ impl WorldModel {
         }
     }
 
-    /// Number of units before the state that a reading at `time` sees.
+    /// Returns the number of units before the state that a reading at `time` sees.
     pub(super) fn sensed(self, time: Duration) -> u128 {
         match self {
             Self::Course => self.applied(time),
@@ -46,12 +46,12 @@ impl WorldModel {
         }
     }
 
-    /// Number of units before an action applied at `time` comes into force.
+    /// Returns the number of units before an action applied at `time` comes into force.
     pub(super) fn applied(self, time: Duration) -> u128 {
         time.as_nanos().div_ceil(self.unit().as_nanos())
     }
 
-    /// The motion of the plant in `units`, which is the quickest part of their
+    /// Returns the motion of the plant in `units`, which is the quickest part of their
     /// [`span`](Self::span).
     pub(super) fn motion(self, dynamics: &Dynamics, units: u64) -> Matrix5<f64> {
         match self {
@@ -63,7 +63,7 @@ impl WorldModel {
         }
     }
 
-    /// The effect of `units` on the plant.
+    /// Returns the effect of `units` on the plant.
     pub(super) fn span(
         self,
         dynamics: &Dynamics,

@@ -1,9 +1,11 @@
 //! Compares the claims of a file with its content, and finds the end of its intact part; of any
 //! format.
 
+mod description_error;
 mod limits;
 mod tick_schedule;
 
+pub use description_error::DescriptionError;
 pub use limits::check_graph;
 
 use ratelab::{ClockKind, Command, Event, Hz, Knob, NodeTopology, Time, Topology};
@@ -40,15 +42,15 @@ impl Recording {
         }
     }
 
-    /// Whether the whole run was on the virtual clock: every tick is then at a time given
+    /// Returns whether the whole run was on the virtual clock: every tick is then at a time given
     /// by the rates of its node.
     fn is_virtual(&self) -> bool {
         let handed_over = |event: &Event| matches!(event.applied(), Some(Command::HandOver(_)));
         self.origin.config.clock == ClockKind::Virtual && !self.events.iter().any(handed_over)
     }
 
-    /// Run time of the last row before one that contradicts the rates of its node, or comes
-    /// before another one, if there is such a row. The only gap that a file may claim is a
+    /// Returns the run time of the last row before one that contradicts the rates of its node, or
+    /// comes before another one, if there is such a row. The only gap that a file may claim is a
     /// late beginning.
     fn last_in_cadence(&self) -> Option<Time> {
         if !self.is_virtual() {
@@ -64,18 +66,21 @@ impl Recording {
         let pairs = self.topics.iter().flat_map(|rows| rows.heads().windows(2));
         let back = pairs.filter_map(|two| (two[1].at < two[0].at).then_some(two[0].at));
         // Messages are published in ticks.
-        let ticked = self.nodes().filter_map(|(node, ticks)| {
-            let lasts = self.schedule(node).may_miss;
-            let last = ticks.last()?;
-            Some(last.at + last.took.filter(|_| lasts).unwrap_or_default())
-        });
-        let ticked = ticked.max().unwrap_or_default();
+        let ticked = self
+            .nodes()
+            .filter_map(|(node, ticks)| {
+                let lasts = self.schedule(node).may_miss;
+                let last = ticks.last()?;
+                Some(last.at + last.took.filter(|_| lasts).unwrap_or_default())
+            })
+            .max()
+            .unwrap_or_default();
         let published = self.topics.iter().filter_map(Series::newest).max();
         let beyond = published.filter(|at| *at > ticked).map(|_| ticked);
         strays.chain(back).chain(beyond).min()
     }
 
-    /// Run time of the last row, if the claimed end contradicts the content.
+    /// Returns the run time of the last row, if the claimed end contradicts the content.
     fn last_before_a_false_end(&self) -> Option<Time> {
         let outcome = self.outcome.as_ref()?;
         let false_end = self.last_item() > outcome.at
@@ -88,7 +93,7 @@ impl Recording {
         TickSchedule::new(node, &self.origin.config.setup, &self.events)
     }
 
-    /// Whether run time can have reached `at` without further ticks.
+    /// Returns whether run time can have reached `at` without further ticks.
     fn may_rest_until(&self, at: Time) -> bool {
         !self.is_virtual()
             || self.nodes().all(|(node, ticks)| {
@@ -97,25 +102,32 @@ impl Recording {
             })
     }
 
-    /// Run time of the last item, of a run that went on. Events may be ahead of the rows
-    /// by any time, or by less than a tick.
+    /// Returns the run time of the last item, of a run that went on. Events may be ahead of the
+    /// rows by any time, or by less than a tick.
     fn last_known(&self) -> Time {
-        let event = self.events.iter().map(|event| event.at).max();
-        let event = event.filter(|event| self.may_rest_until(*event));
+        let event = self
+            .events
+            .iter()
+            .map(|event| event.at)
+            .max()
+            .filter(|event| self.may_rest_until(*event));
         self.newest().max(event).unwrap_or_default()
     }
 
-    /// Whether items counted in `outcome` are missing, or differ from it.
+    /// Returns whether items counted in `outcome` are missing, or differ from it.
     fn lacks_some(&self, outcome: &RecordingEnd) -> bool {
         self.counts() != [outcome.messages.clone(), outcome.ticks.clone()]
             || !self.may_have_lost(outcome)
     }
 
-    /// Whether the losses in `outcome` are possible: the gaps between rows, and the
+    /// Returns whether the losses in `outcome` are possible: the gaps between rows, and the
     /// possible ones after the last row.
     fn may_have_lost(&self, outcome: &RecordingEnd) -> bool {
-        let spans = self.topics.iter().map(span);
-        let spans = spans.chain(self.ticks.iter().map(span));
+        let spans = self
+            .topics
+            .iter()
+            .map(span)
+            .chain(self.ticks.iter().map(span));
         let (mut least, mut most) = (0_u64, 0_u64);
         for (missing, at) in spans {
             least = least.saturating_add(missing);
@@ -126,7 +138,7 @@ impl Recording {
         (least..=least.saturating_add(most)).contains(&outcome.lost)
     }
 
-    /// The maximum rate of any node.
+    /// Returns the maximum rate of any node.
     fn fastest(&self) -> Hz {
         let first = self.origin.topology.nodes.iter().map(|node| node.hz);
         let turned = self.events.iter().filter_map(Event::knob);
@@ -145,7 +157,7 @@ impl Recording {
     }
 }
 
-/// The number of rows that are missing in `series`, and the run time of its last one.
+/// Returns the number of rows that are missing in `series`, and the run time of its last one.
 fn span<S: Series>(series: &S) -> (u64, Time) {
     let rows = series.rows();
     let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
@@ -158,11 +170,10 @@ fn span<S: Series>(series: &S) -> (u64, Time) {
     )
 }
 
-/// Whether an end record is possible: nothing in it is later than the end, and the wall
+/// Returns whether an end record is possible: nothing in it is later than the end, and the wall
 /// time is at most [`Time::MAX`].
 fn is_sound(outcome: &RecordingEnd, topology: &Topology) -> bool {
-    let losses = [&outcome.dropped, &outcome.unmatched];
-    let mut losses = losses.into_iter().flatten();
+    let mut losses = [&outcome.dropped, &outcome.unmatched].into_iter().flatten();
     losses.all(|losses| losses.len() == topology.topics.len())
         && outcome.result().is_none_or(|end| {
             let longest = u128::from(Time::MAX.as_nanos());

@@ -24,7 +24,7 @@ pub struct TickSchedule {
 }
 
 impl TickSchedule {
-    /// The schedule of `node` in a run with this `setup` and these `events`.
+    /// Creates the schedule of `node` in a run with this `setup` and these `events`.
     pub fn new(node: &NodeTopology, setup: &Setup, events: &[Event]) -> Self {
         let turned = events.iter().filter_map(Event::change);
         let turned: Vec<_> = turned
@@ -50,8 +50,8 @@ impl TickSchedule {
         }
     }
 
-    /// Whether tick `number` is possible at `at`, which is not before the time of the
-    /// last call.
+    /// Returns whether tick `number` is possible at `at`, which is not before the time of the last
+    /// call.
     pub fn allows(&mut self, number: u64, at: Time) -> bool {
         let due = self.ticks_before(at);
         let (most, least) = (
@@ -61,7 +61,7 @@ impl TickSchedule {
         self.wrong || (number <= most && (self.may_miss || least <= number))
     }
 
-    /// Whether run time can have reached `at` without a tick after tick `last`.
+    /// Returns whether run time can have reached `at` without a tick after tick `last`.
     pub fn may_rest(&mut self, last: u64, at: Time) -> bool {
         let due = self.ticks_before(at).saturating_sub(self.slack);
         self.may_miss || self.wrong || due <= last.saturating_add(1)
@@ -84,7 +84,7 @@ impl TickSchedule {
     }
 }
 
-/// Whether `knob`, of a node, makes ticks last, late or rare.
+/// Returns whether `knob`, of a node, makes ticks last, late or rare.
 fn makes_rare(knob: &Knob) -> bool {
     knob.kind().is_time() || knob.kind().has_no_value()
 }

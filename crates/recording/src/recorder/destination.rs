@@ -23,8 +23,8 @@ pub struct Destination {
 }
 
 impl Destination {
-    /// A destination of files of this `format` at `place`, a new file or an existing folder; by
-    /// default in `recordings`.
+    /// Creates a destination of files of this `format` at `place`, a new file or an existing
+    /// folder; by default in `recordings`.
     pub fn new(place: Option<PathBuf>, format: impl RecordingFormat + 'static) -> Self {
         Self {
             named: place,
@@ -52,7 +52,7 @@ impl Destination {
         }
     }
 
-    /// The first name to try, and whether the user chose it, so that it must not be
+    /// Returns the first name to try, and whether the user chose it, so that it must not be
     /// changed.
     fn first(&mut self, origin: &Origin) -> (PathBuf, bool) {
         match &self.named {
@@ -62,13 +62,13 @@ impl Destination {
         }
     }
 
-    /// A name from the start time and the run, such as
+    /// Returns a name from the start time and the run, such as
     /// `2026-03-14T15-09-26_cart-pole_virtual_seed0.rrd`.
     fn name(&self, origin: &Origin) -> String {
         let now = jiff::Zoned::now().strftime("%Y-%m-%dT%H-%M-%S");
         let Origin { system, config, .. } = origin;
-        let system = system.replace(|c: char| !c.is_alphanumeric(), "-");
-        let run = format!("{now}_{system}_{}_seed{}", config.clock, config.seed);
+        let safe_name = system.replace(|c: char| !c.is_alphanumeric(), "-");
+        let run = format!("{now}_{safe_name}_{}_seed{}", config.clock, config.seed);
         format!("{run}.{}", self.format.extension())
     }
 }
@@ -77,7 +77,7 @@ fn is_taken(error: &io::Error) -> bool {
     error.kind() == io::ErrorKind::AlreadyExists
 }
 
-/// `file` with `number` before its extension; the first one has no number.
+/// Returns `file` with `number` before its extension; the first one has no number.
 fn numbered(file: &Path, number: u32) -> PathBuf {
     if number < 2 {
         return file.to_owned();

@@ -13,7 +13,7 @@ use super::source::{Source, StopReason};
 
 /// A format of recordings.
 pub trait RecordingFormat: Send + Sync {
-    /// The extension of its files, such as `rrd`.
+    /// Returns the extension of its files, such as `rrd`.
     fn extension(&self) -> &'static str;
 
     /// Creates the file `path`, which must be new, on the thread of the caller.
@@ -70,19 +70,19 @@ pub struct FinishedRecording {
     pub lost: u64,
     /// What threads outside of the graph wrote to, so that the run cannot come back.
     pub written_from_outside: Vec<Arc<str>>,
-    /// Whether something was left out that is for the eye only, because the end was overdue.
+    /// Whether something only for viewing was left out because the end was overdue.
     pub hurried: bool,
 }
 
 impl FinishedRecording {
-    /// The reason why `verify` will refuse the recording, if there is one.
+    /// Returns why `verify` will refuse the recording, if it will.
     pub fn defect(&self) -> Option<String> {
         let names = &self.written_from_outside;
         (!names.is_empty()).then(|| outside(&names.join(" and ")))
     }
 }
 
-/// The notice that a thread outside of the graph wrote to `name`.
+/// Returns the notice that a thread outside of the graph wrote to `name`.
 pub fn outside(name: &str) -> String {
     format!(
         "a thread outside of the graph wrote to {name}: verify will refuse a recording of this run"

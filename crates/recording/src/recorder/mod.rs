@@ -69,19 +69,19 @@
 //!             bytes: self.file.metadata()?.len(),
 //!             messages: self.messages,
 //!             lost: tap.lost(),
-//!             written_from_outside: RunLog::of(&self.observer).written_from_outside(),
+//!             written_from_outside: RunLog::attach(&self.observer).written_from_outside(),
 //!             hurried: false,
 //!         })
 //!     }
 //! }
 //!
 //! let experiment = Experiment::new(Arc::new(CartPole::default()), &Config::default())?;
-//! let source = Source::of(&experiment);
+//! let source = Source::for_experiment(&experiment);
 //! let folder = tempfile::tempdir()?;
 //! let mut destination = Destination::new(Some(folder.path().to_owned()), TextFormat);
 //! let recorder = Recorder::from_the_start(&mut destination, &source)?;
 //! let outcome = experiment.run();
-//! recorder.end(StopReason::of(&outcome));
+//! recorder.end(StopReason::from_outcome(&outcome));
 //! let recorded = recorder.finish()?;
 //!
 //! let text = fs::read_to_string(&recorded.path)?;

@@ -19,7 +19,7 @@ pub trait Tapped: Send + Sync {
     /// recorded.
     fn fields(&self, topic: &str) -> Option<&'static [&'static str]>;
 
-    /// All messages of recorded topics and all ticks from now on, in a queue of `capacity`.
+    /// Returns all messages of recorded topics and all ticks from now on, in a queue of `capacity`.
     fn all(&self, capacity: usize) -> Tap<RunRow>;
 
     /// Room for the rows of a graph with this `topology`, each message with as many numbers as
@@ -65,8 +65,8 @@ pub struct Source {
 }
 
 impl Source {
-    /// The source for an experiment that has not begun.
-    pub fn of(experiment: &Experiment) -> Self {
+    /// Creates the source for an experiment that has not begun.
+    pub fn for_experiment(experiment: &Experiment) -> Self {
         let (system, observer) = (experiment.system().clone(), experiment.observer());
         let config = experiment.config().clone();
         Self {
@@ -79,11 +79,11 @@ impl Source {
         }
     }
 
-    /// The run so far as a recording without messages and ticks: enough to execute it again.
-    /// `end` is how it ended, if it did.
+    /// Returns the run so far as a recording without messages and ticks: enough to execute it
+    /// again. `end` is how it ended, if it did.
     pub fn so_far(&self, end: &StopReason) -> Recording {
         // The events after the log, which mentions some.
-        let log = RunLog::of(&self.observer).log();
+        let log = RunLog::attach(&self.observer).log();
         let outcome = end.end(&*self.system, &self.observer);
         let events = self.observer.events(0);
         let threads = (!log.is_empty()).then(|| ThreadLog {
@@ -100,7 +100,7 @@ impl Source {
         }
     }
 
-    /// Whether the plant has a picture. Before the run this is tested with a state of
+    /// Returns whether the plant has a picture. Before the run this is tested with a state of
     /// zeros.
     pub(crate) fn has_picture(&self) -> bool {
         let fields = self
@@ -123,15 +123,15 @@ pub enum StopReason {
 }
 
 impl StopReason {
-    /// The end of a run.
-    pub fn of(outcome: &Result<Summary, Fault>) -> Self {
+    /// Creates the reason of the end from the outcome of a run.
+    pub fn from_outcome(outcome: &Result<Summary, Fault>) -> Self {
         match outcome {
             Ok(summary) => Self::Run(Box::new(summary.clone())),
             Err(fault) => Self::Fault(fault.to_string()),
         }
     }
 
-    /// The end of a run of `system` for this reason, without what is in the file.
+    /// Returns the end of a run of `system` for this reason, without what is in the file.
     pub(crate) fn end(&self, system: &dyn System, observer: &Observer) -> RecordingEnd {
         let topics = observer.snapshot().topics;
         let ended = !matches!(self, Self::Off);

@@ -101,7 +101,7 @@ impl Recorder {
         };
         let thread = thread::Builder::new().name("recorder".to_owned());
         let open = OpenRecording::new();
-        let thread = thread.spawn(move || {
+        let spawned = thread.spawn(move || {
             let _open = open;
             let tap = tap.unwrap_or_else(|| source.taps.all(BACKLOG));
             record(begin(source)?, tap, watch, &asked)
@@ -111,7 +111,7 @@ impl Recorder {
             why,
         };
         Ok(Self {
-            thread: thread.map_err(refused)?,
+            thread: spawned.map_err(refused)?,
             path,
             reason,
             asked: Cell::new(false),
@@ -119,12 +119,12 @@ impl Recorder {
         })
     }
 
-    /// The file.
+    /// Returns the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Number of messages and ticks lost because the recorder was too slow.
+    /// Returns the number of messages and ticks lost because the recorder was too slow.
     pub fn lost(&self) -> u64 {
         self.lost.load(Ordering::Relaxed)
     }
@@ -135,17 +135,18 @@ impl Recorder {
         let _ = self.reason.try_send(reason);
     }
 
-    /// Whether it was asked to end, or has ended by itself.
+    /// Returns whether it was asked to end, or has ended by itself.
     pub fn is_ending(&self) -> bool {
         self.asked.get() || self.has_ended()
     }
 
-    /// Whether any recording is not complete: the end of the program leaves its file without an end.
+    /// Returns whether any recording is not complete: the end of the program leaves its file
+    /// without an end.
     pub fn any_is_open() -> bool {
         OPEN.load(Ordering::SeqCst) > 0
     }
 
-    /// Whether it has ended, by request or after an error.
+    /// Returns whether it has ended, by request or after an error.
     pub fn has_ended(&self) -> bool {
         self.thread.is_finished()
     }
@@ -200,7 +201,7 @@ impl RecordingWatch {
     /// wrote to, once for each.
     fn look(&mut self, tap: &Tap<RunRow>) {
         self.lost.store(tap.lost(), Ordering::Relaxed);
-        let names = RunLog::of(&self.observer).written_from_outside();
+        let names = RunLog::attach(&self.observer).written_from_outside();
         for name in names.iter().skip(self.noticed) {
             (self.notice)(&outside(name));
         }

@@ -43,8 +43,9 @@ use crate::recorder::Source;
 /// The timeline on which the viewer looks for a blueprint.
 const BLUEPRINT: &str = "blueprint";
 
-/// Whether there can be a layout. The SDK (0.36.3) makes layouts in a stream that the variable `RERUN`
-/// switches off, and panics then; what is recorded is in streams that are on in any case.
+/// Returns whether there can be a layout. The SDK (0.36.3) makes layouts in a stream that the
+/// variable `RERUN` switches off, and panics then; what is recorded is in streams that are on in
+/// any case.
 fn is_possible() -> bool {
     rerun::decide_logging_enabled(true)
 }
@@ -93,7 +94,8 @@ impl ViewerLayout {
         Ok(())
     }
 
-    /// The messages of the layout, the last of which activates it; none where it is not possible.
+    /// Returns the messages of the layout, the last of which activates it; none where it is not
+    /// possible.
     fn messages(self, rec: &RecordingStream) -> Written<Vec<LogMsg>> {
         let Some(info) = rec.store_info().filter(|_| is_possible()) else {
             return Ok(Vec::new());
@@ -115,13 +117,15 @@ impl ViewerLayout {
         let messages = storage.take().into_iter();
         // The two refer to each other, and would never be freed if the stream stayed connected.
         stream.disconnect();
-        let messages = messages.filter(|message| message.store_id().kind() == StoreKind::Blueprint);
-        let messages = messages.map(on_one_timeline).collect::<Result<_, _>>()?;
-        self.properties.among(messages)
+        let layout = messages
+            .filter(|message| message.store_id().kind() == StoreKind::Blueprint)
+            .map(on_one_timeline)
+            .collect::<Result<_, _>>()?;
+        self.properties.among(layout)
     }
 }
 
-/// All that changes the layout of a run.
+/// Returns all that changes the layout of a run.
 fn key(source: &Source) -> String {
     let nodes = source.start.nodes.iter().map(|node| &node.name);
     let topics = source.start.topics.iter().map(|topic| &topic.name);
@@ -138,14 +142,18 @@ fn layout(source: &Source, properties: &mut Properties) -> ContainerLike {
     } else {
         Horizontal::new([graph.into()])
     };
-    let signals = source.system.signals().iter();
-    let signals = signals.map(|signal| signal_plot(&*source.system, signal, properties));
+    let signals = source
+        .system
+        .signals()
+        .iter()
+        .map(|signal| signal_plot(&*source.system, signal, properties));
     let columns = [
         signals.collect(),
         plots(source, properties),
         states(source, properties),
-    ];
-    let columns = columns.into_iter().filter(|views| !views.is_empty());
+    ]
+    .into_iter()
+    .filter(|views| !views.is_empty());
     let columns = Horizontal::new(columns.map(|views| Vertical::new(views).into()));
     let name = "timeline: ticks of nodes, and what became of messages";
     let timeline = lanes(properties, name, TIMELINE);
@@ -165,8 +173,8 @@ fn signal_plot(system: &dyn System, signal: &Signal, properties: &mut Properties
 /// Latency, messages and drops over time.
 fn plots(source: &Source, properties: &mut Properties) -> Vec<ContainerLike> {
     let latency = source.system.latency().map(|(_, meter)| {
-        let period = paced_node(&*source.system);
-        let period = period.map_or(String::new(), |node| format!(", {node} period orange"));
+        let period = paced_node(&*source.system)
+            .map_or(String::new(), |node| format!(", {node} period orange"));
         TimeSeriesView::new(format!("{meter} latency blue{period} (ms)"))
             .with_origin(LATENCY)
             .with_override(LATENCY, stepped().visualizer())
@@ -233,7 +241,7 @@ fn events(properties: &mut Properties) -> ContainerLike {
     properties.set(view, &[("TextLogColumns", &columns)])
 }
 
-/// The whole run. Linked axes would show the last half minute of a longer run.
+/// Returns the whole run. Linked axes would show the last half minute of a longer run.
 fn whole_run() -> TimeAxis {
     let range = TimeRange {
         start: TimeRangeBoundary::Infinite,
@@ -254,19 +262,19 @@ impl Properties {
         view: impl Into<ContainerLike>,
         properties: &[(&str, &dyn AsComponents)],
     ) -> ContainerLike {
-        let view = view.into();
-        if let ContainerLike::View(view) = &view {
-            let path = view.blueprint_path();
+        let contents = view.into();
+        if let ContainerLike::View(contents) = &contents {
+            let path = contents.blueprint_path();
             let entities = properties.iter().map(|(name, property)| {
                 let entity = EntityPath::from(format!("{path}/{name}"));
                 (entity, property.as_serialized_batches())
             });
             self.0.extend(entities);
         }
-        view
+        contents
     }
 
-    /// A plot over time, with a fixed range of values or one that fits the data.
+    /// Returns a plot over time, with a fixed range of values or one that fits the data.
     pub fn plot(&mut self, view: TimeSeriesView, range: Option<[f64; 2]>) -> ContainerLike {
         let legend = PlotLegend::new().with_visible(false);
         let time = whole_run();
@@ -279,7 +287,7 @@ impl Properties {
         self.set(view, &properties)
     }
 
-    /// `messages` of a blueprint, with the properties before the last one, its activation.
+    /// Returns `messages` of a blueprint, with the properties before the last one, its activation.
     fn among(self, mut messages: Vec<LogMsg>) -> Written<Vec<LogMsg>> {
         let Some(activation) = messages.pop() else {
             return Ok(messages);
@@ -295,7 +303,7 @@ impl Properties {
     }
 }
 
-/// `message` without the timelines that a blueprint does not need, a third of its size.
+/// Returns `message` without the timelines that a blueprint does not need, a third of its size.
 fn on_one_timeline(message: LogMsg) -> Result<LogMsg, ChunkError> {
     Ok(match message {
         LogMsg::ArrowMsg(store, data) => {

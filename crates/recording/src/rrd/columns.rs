@@ -33,7 +33,8 @@ const LATEST: f64 = u64::MAX as f64 / NANOS_PER_MICRO;
 type Cell<T> = Option<T>;
 
 impl RecordColumn {
-    /// The column with these `cells` of rows at these times, if it is there and no timeline.
+    /// Returns the column with these `cells` of rows at these times, if it is there and no
+    /// timeline.
     fn written(
         &self,
         cells: Vec<Option<u64>>,
@@ -62,7 +63,7 @@ impl RecordColumn {
         is_there.then(|| units(name, Arc::new(UInt64Array::from_iter(cells))))
     }
 
-    /// The numbers of this column in the rows of `chunk`, which have these run times.
+    /// Returns the numbers of this column in the rows of `chunk`, which have these run times.
     fn read(&self, chunk: &Chunk, times: &[Cell<Option<u64>>]) -> Vec<Cell<Option<u64>>> {
         let Self { name, form, .. } = *self;
         let cells = match form {
@@ -79,26 +80,25 @@ impl RecordColumn {
         cells.into_iter().zip(times).map(number).collect()
     }
 
-    /// Whether the column may be missing in a file.
+    /// Returns whether the column may be missing in a file.
     fn may_be_missing(&self) -> bool {
         use ColumnForm::{Delivery, Rare, RareCount, Stamp};
         matches!(self.form, Rare | RareCount | Stamp | Delivery)
     }
 }
 
-/// The columns of `rows`.
+/// Returns the columns of `rows`.
 pub fn write<R: RecordRow>(rows: &[R]) -> Written<Vec<SerializedComponentColumn>> {
     let cells: Vec<_> = rows.iter().map(RecordRow::cells).collect();
     let times: Vec<u64> = rows.iter().map(|row| row.at().as_nanos()).collect();
     let columns = R::COLUMNS.iter().enumerate().filter_map(|(index, column)| {
-        let cells = cells.iter().map(|row| row[index]);
-        column.written(cells.collect(), &times)
+        column.written(cells.iter().map(|row| row[index]).collect(), &times)
     });
     let list = R::LIST.map(|list| lists(list.name, rows.iter().map(RecordRow::list)));
     columns.chain(list).collect()
 }
 
-/// The rows in `chunk`.
+/// Returns the rows in `chunk`.
 pub fn read<R: RecordRow>(chunk: &Chunk) -> Vec<Cell<R>> {
     let times = run_times(chunk);
     let columns = R::COLUMNS.iter().map(|column| column.read(chunk, &times));
@@ -128,7 +128,7 @@ pub fn texts(values: impl IntoIterator<Item = String>) -> Written<SerializedComp
     units(JSON, Arc::new(StringArray::from_iter_values(values)))
 }
 
-/// A list of numbers per row.
+/// Returns a list of numbers per row.
 fn lists(
     name: &'static str,
     lists: impl Iterator<Item = Vec<u64>>,
@@ -140,7 +140,7 @@ fn lists(
     Ok(batch.partitioned(lengths)?)
 }
 
-/// The lists `name` in the rows of `chunk`.
+/// Returns the lists `name` in the rows of `chunk`.
 fn read_lists(chunk: &Chunk, name: &'static str) -> Vec<Cell<Vec<u64>>> {
     let rows = chunk.iter_slices::<u64>(name.into());
     one_a_row(chunk, rows.map(|list| Some(list.to_vec())))
@@ -157,15 +157,15 @@ pub fn bytes<'a>(
     Ok(batch.partitioned(lengths)?)
 }
 
-/// `width` values in each of `rows`, to be plotted as `width` series.
+/// Returns `width` values in each of `rows`, to be plotted as `width` series.
 pub fn series(values: Vec<f64>, width: usize, rows: usize) -> Written<SerializedComponentColumn> {
     let array: ArrayRef = Arc::new(Float64Array::from(values));
     let batch = SerializedComponentBatch::new(array, Scalars::descriptor_scalars());
     Ok(batch.partitioned(std::iter::repeat_n(width, rows))?)
 }
 
-/// The component `name` of a record. Tools that divide wide columns from narrow ones keep those of one
-/// archetype together.
+/// Returns the component `name` of a record. Tools that divide wide columns from narrow ones keep
+/// the columns of one archetype together.
 fn descriptor(name: &'static str) -> ComponentDescriptor {
     ComponentDescriptor::partial(name).with_archetype("ratelab.Record".into())
 }
@@ -174,7 +174,7 @@ fn units(name: &'static str, array: ArrayRef) -> Written<SerializedComponentColu
     Ok(SerializedComponentBatch::new(array, descriptor(name)).column_of_unit_batches()?)
 }
 
-/// Run times of the rows of `chunk`.
+/// Returns the run times of the rows of `chunk`.
 fn run_times(chunk: &Chunk) -> Vec<Cell<Option<u64>>> {
     let column = chunk.timelines().get(&RUN_TIME.into());
     let times = column.map_or(&[][..], |column| column.times_raw());
@@ -182,7 +182,7 @@ fn run_times(chunk: &Chunk) -> Vec<Cell<Option<u64>>> {
     nanos.map(|nanos| nanos.map(Some)).collect()
 }
 
-/// The duration in a plotted cell.
+/// Returns the duration in a plotted cell.
 fn nanos_of(cell: &[f64]) -> Cell<Option<u64>> {
     match *cell {
         [micros] if micros.is_nan() => Some(None),
@@ -193,7 +193,7 @@ fn nanos_of(cell: &[f64]) -> Cell<Option<u64>> {
     }
 }
 
-/// The plotted values of each row of `chunk`.
+/// Returns the plotted values of each row of `chunk`.
 pub fn plotted(chunk: &Chunk) -> Vec<Cell<&[f64]>> {
     let name = Scalars::descriptor_scalars().component;
     let cells = chunk.components().get_array(name);
@@ -203,46 +203,48 @@ pub fn plotted(chunk: &Chunk) -> Vec<Cell<&[f64]>> {
     one_a_row(chunk, rows.map(|row| whole.then_some(row)))
 }
 
-/// The texts in the rows of `chunk`, if it has any. A row may have none: tools that merge chunks
-/// put rows of other columns between those with a text.
+/// Reads the texts in the rows of `chunk`. A row may have none: tools that merge chunks put
+/// rows of other columns between rows with a text.
 pub fn read_texts(chunk: &Chunk) -> Vec<Cell<String>> {
     if !has(chunk, JSON) {
         return Vec::new();
     }
     let rows = chunk.iter_slices::<String>(JSON.into());
-    let texts = rows.filter(|texts| !texts.is_empty());
-    let texts = texts.map(|texts| Some(only(texts)?.as_str().to_owned()));
+    let texts = rows
+        .filter(|texts| !texts.is_empty())
+        .map(|texts| Some(only(texts)?.as_str().to_owned()));
     texts.collect()
 }
 
-/// The names of the plotted values in the rows of `chunk`, safe for a terminal.
+/// Returns the names of the plotted values in the rows of `chunk`, safe for a terminal.
 pub fn read_names(chunk: &Chunk) -> Vec<String> {
-    let names = chunk.iter_slices::<String>(SeriesLines::descriptor_names().component);
-    let names = names.flatten();
+    let names = chunk
+        .iter_slices::<String>(SeriesLines::descriptor_names().component)
+        .flatten();
     names
         .map(|name| name.as_str().replace(is_control, "?"))
         .collect()
 }
 
-/// The bytes `name` in the rows of `chunk`.
+/// Returns the bytes `name` in the rows of `chunk`.
 pub fn read_bytes(chunk: &Chunk, name: &'static str) -> Vec<Cell<Vec<u8>>> {
     let rows = chunk.iter_slices::<u8>(name.into());
     one_a_row(chunk, rows.map(|bytes| Some(bytes.to_vec())))
 }
 
-/// The numbers `name` in the rows of `chunk`, at most one in each.
+/// Returns the numbers `name` in the rows of `chunk`, at most one in each.
 pub fn cells(chunk: &Chunk, name: &'static str) -> Vec<Cell<Option<u64>>> {
     let rows = chunk.iter_slices::<Option<u64>>(name.into());
     one_a_row(chunk, rows.map(only))
 }
 
-/// Whether `chunk` has the columns that rows of this kind never lack.
+/// Returns whether `chunk` has the columns that rows of this kind never lack.
 pub fn has_numbers<R: RecordRow>(chunk: &Chunk) -> bool {
     let mut needed = R::COLUMNS.iter();
     needed.all(|column| column.form != ColumnForm::Count || has(chunk, column.name))
 }
 
-/// Whether `chunk` has values to be plotted.
+/// Returns whether `chunk` has values to be plotted.
 pub fn is_plotted(chunk: &Chunk) -> bool {
     let name = Scalars::descriptor_scalars().component;
     chunk.components().get_array(name).is_some()
@@ -252,19 +254,20 @@ fn has(chunk: &Chunk, name: &'static str) -> bool {
     chunk.components().get_array(name.into()).is_some()
 }
 
-/// The single item of `items`.
+/// Returns the single item of `items`.
 fn only<T>(items: impl IntoIterator<Item = T>) -> Option<T> {
     let mut items = items.into_iter();
     let item = items.next()?;
     items.next().is_none().then_some(item)
 }
 
-/// `cells`, if there is one for each row of `chunk`: with a missing one, the rows of the
+/// Returns `cells` if each row of `chunk` has one; if one is missing, the rows of the
 /// others are unknown.
 fn one_a_row<T: Clone>(chunk: &Chunk, cells: impl Iterator<Item = Cell<T>>) -> Vec<Cell<T>> {
     let cells: Vec<_> = cells.collect();
-    match cells.len() == chunk.num_rows() {
-        true => cells,
-        false => vec![None; chunk.num_rows()],
+    if cells.len() == chunk.num_rows() {
+        cells
+    } else {
+        vec![None; chunk.num_rows()]
     }
 }

@@ -33,9 +33,12 @@ pub const LARGEST: u64 = 64 << 20;
 /// # Errors
 /// Any error; the file is then unchanged.
 pub fn compact(recording: &RecordingFile, is_overdue: fn() -> bool) -> Result<u64, Box<dyn Error>> {
-    let on_time = || match is_overdue() {
-        true => Err("somebody waits for the end"),
-        false => Ok(()),
+    let on_time = || {
+        if is_overdue() {
+            Err("somebody waits for the end")
+        } else {
+            Ok(())
+        }
     };
     let file = recording.reread()?;
     let size = file.metadata()?.len();
@@ -116,8 +119,10 @@ impl Merged {
             CompactPart::Rows(store, chunk) => {
                 // Consecutive row numbers need no space.
                 let first = chunk.row_ids().next().unwrap_or_else(RowId::new);
-                let chunk = chunk.clone_as(chunk.id(), first);
-                Ok(LogMsg::ArrowMsg(store, chunk.to_arrow_msg()?))
+                Ok(LogMsg::ArrowMsg(
+                    store,
+                    chunk.clone_as(chunk.id(), first).to_arrow_msg()?,
+                ))
             }
         })
     }

@@ -17,7 +17,7 @@ use super::{
     thread_log::LogPieces,
 };
 use crate::{
-    check::{DAMAGED_ROW, check_graph},
+    check::{DAMAGED_ROW, DescriptionError, check_graph},
     printable::make_printable,
     run::{FORMAT, Origin, RecordRow, Recording, RecordingEnd, Series},
 };
@@ -53,8 +53,8 @@ impl Content {
     /// before the description of the run is ignored.
     ///
     /// # Errors
-    /// A text, if the recording's description of itself is not understood.
-    pub fn add(content: &mut Option<Self>, chunk: &Chunk) -> Result<(), String> {
+    /// [`DescriptionError`] if the recording's description of itself is not understood.
+    pub fn add(content: &mut Option<Self>, chunk: &Chunk) -> Result<(), DescriptionError> {
         let path = chunk.entity_path().to_string();
         let describes = path.ends_with(&format!("__properties/{ORIGIN}"));
         match content {
@@ -74,12 +74,12 @@ impl Content {
         if let (Some(RecordedPart::Topic(of)), true) = (part, chunk.is_static()) {
             self.recording.fields[*of] = columns::read_names(chunk);
         }
-        let part = part.filter(|_| !chunk.is_static());
+        let timed_part = part.filter(|_| !chunk.is_static());
         if self.recording.outcome.is_some() {
-            let more = part.is_some() || (describes && !chunk.is_static());
+            let more = timed_part.is_some() || (describes && !chunk.is_static());
             self.recording.damage = more.then_some(MORE).or(self.recording.damage);
-        } else if let Some(part) = part
-            && let Err(Damaged { after }) = self.add_part(chunk, *part)
+        } else if let Some(timed_part) = timed_part
+            && let Err(Damaged { after }) = self.add_part(chunk, *timed_part)
         {
             self.sound = Some(self.sound.map_or(after, |sound| sound.min(after)));
         }
@@ -110,7 +110,8 @@ impl Content {
         }
     }
 
-    /// The recording, if something in it is whole; `damage` is the defect that ends the file.
+    /// Returns the recording, if something in it is whole; `damage` is the defect that ends the
+    /// file.
     pub fn whole(self, damage: Option<&'static str>) -> Option<Recording> {
         let mut recording = self.recording;
         recording.until = self.until?;
@@ -124,37 +125,41 @@ impl Content {
         Some(recording)
     }
 
-    /// What there is after the description of the run in `chunk`, if it has one.
-    fn begin(chunk: &Chunk) -> Result<Option<Self>, String> {
-        let damaged = || "what this recording says of itself is damaged".to_owned();
+    /// Begins with the description of the run in `chunk`; `None` if it has none.
+    fn begin(chunk: &Chunk) -> Result<Option<Self>, DescriptionError> {
         let Some(text) = columns::read_texts(chunk).into_iter().next() else {
             return Ok(None);
         };
-        let text = text.ok_or_else(damaged)?;
-        let mut json: Value = serde_json::from_str(&text).map_err(|_| damaged())?;
+        let described = text.ok_or(DescriptionError::Damaged)?;
+        let mut json: Value =
+            serde_json::from_str(&described).map_err(|_| DescriptionError::Damaged)?;
         // A graph file has lines; it is parsed, and not printed.
         let graph_file = json.get_mut("graph_file").map(Value::take);
         make_printable(&mut json);
-        if let Some(text) = graph_file {
-            json["graph_file"] = text;
+        if let Some(described) = graph_file {
+            json["graph_file"] = described;
         }
         let format = json.get("format").and_then(Value::as_u64);
         if let Some(format) = format.filter(|format| *format != u64::from(FORMAT)) {
-            let (reads, why) = match format > u64::from(FORMAT) {
-                true => ("reads up to", "a later one made it"),
-                false => ("reads", "record it again"),
+            let (reads, why) = if format > u64::from(FORMAT) {
+                ("reads up to", "a later one made it")
+            } else {
+                ("reads", "record it again")
             };
-            return Err(format!(
-                "this recording is of format {format}, this ratelab {reads} {FORMAT}: {why}"
-            ));
+            return Err(DescriptionError::Format {
+                found: format,
+                reads,
+                known: FORMAT,
+                why,
+            });
         }
         let origin = serde_json::from_value(json).ok();
         let origin: Origin = origin
             .filter(|origin| sets_nothing_twice(origin) && has_known_rules(origin))
-            .ok_or_else(damaged)?;
+            .ok_or(DescriptionError::Damaged)?;
         check_graph(&origin.topology)?;
         Ok(Some(Self {
-            digest: ContentDigest::new(&text, &origin.topology),
+            digest: ContentDigest::new(&described, &origin.topology),
             parts: parts(&origin.topology),
             recording: Recording::empty(origin),
             threads: LogPieces::default(),
@@ -169,9 +174,9 @@ impl Content {
         self.join()?;
         let (recording, after) = (&mut self.recording, self.until.unwrap_or_default());
         for text in columns::read_texts(chunk) {
-            let text = text.unwrap_or_default();
-            let exact = serde_json::from_str(&text).map_err(|_| Damaged { after })?;
-            let outcome: RecordingEnd = json(&text).ok_or(Damaged { after })?;
+            let end = text.unwrap_or_default();
+            let exact = serde_json::from_str(&end).map_err(|_| Damaged { after })?;
+            let outcome: RecordingEnd = json(&end).ok_or(Damaged { after })?;
             recording.altered = match outcome.digest {
                 Some(digest) => digest != self.digest.with_end(&exact),
                 None => recording.origin.digest,
@@ -188,9 +193,9 @@ impl Content {
             let after = self.until.unwrap_or_default();
             let rows = halves.joined().ok_or(Damaged { after })?;
             let (topics, digests) = (&mut self.recording.run.topics, &mut self.digest.topics);
-            let rows = rows.iter().map(|(head, payload)| (*head, &**payload));
+            let borrowed = rows.iter().map(|(head, payload)| (*head, &**payload));
             let topology = &self.recording.origin.topology;
-            append(&mut topics[of], rows, &mut digests[of], topology)?;
+            append(&mut topics[of], borrowed, &mut digests[of], topology)?;
         }
         Ok(())
     }
@@ -199,31 +204,33 @@ impl Content {
     fn check_in(&mut self, chunk: &Chunk) -> Result<(), Damaged> {
         for until in columns::cells(chunk, UNTIL) {
             let after = self.until.unwrap_or_default();
-            let until = until.flatten().ok_or(Damaged { after })?;
-            self.until = Some(Time::from_nanos(until));
+            self.until = Some(Time::from_nanos(until.flatten().ok_or(Damaged { after })?));
         }
         Ok(())
     }
 }
 
-/// The parts of a recording of a graph with this `topology`.
+/// Returns the parts of a recording of a graph with this `topology`.
 fn parts(topology: &Topology) -> HashMap<EntityPath, RecordedPart> {
-    let topics = topology.topics.iter();
-    let topics = topics.map(|topic| topic_entity(&topic.name));
+    let topics = topology
+        .topics
+        .iter()
+        .map(|topic| topic_entity(&topic.name));
     let nodes = topology.nodes.iter().map(|node| node_entity(&node.name));
-    let rows = topics.zip((0..).map(RecordedPart::Topic));
-    let rows = rows.chain(nodes.zip((0..).map(RecordedPart::Node)));
+    let rows = topics
+        .zip((0..).map(RecordedPart::Topic))
+        .chain(nodes.zip((0..).map(RecordedPart::Node)));
     let others = [
         (EVENTS, RecordedPart::Events),
         (END, RecordedPart::End),
         (CHECKPOINT, RecordedPart::Checkpoint),
         (THREADS, RecordedPart::Threads),
-    ];
-    let others = others.map(|(entity, part)| (entity.into(), part));
+    ]
+    .map(|(entity, part)| (entity.into(), part));
     rows.chain(others).collect()
 }
 
-/// Whether every setting of a run occurs at most once.
+/// Returns whether every setting of a run occurs at most once.
 fn sets_nothing_twice(origin: &Origin) -> bool {
     let setup = &origin.config.setup;
     setup.iter().cloned().collect::<Setup>() == *setup
@@ -258,18 +265,20 @@ fn add_rows<S: Series>(
     topology: &Topology,
 ) -> Result<(), Damaged> {
     let rows = columns::read::<S::Row>(chunk).into_iter();
-    let payloads = match S::Row::HAS_PAYLOAD {
-        true => columns::plotted(chunk),
-        false => vec![Some(&[][..]); chunk.num_rows()],
+    let payloads = if S::Row::HAS_PAYLOAD {
+        columns::plotted(chunk)
+    } else {
+        vec![Some(&[][..]); chunk.num_rows()]
     };
     let rows = rows.zip(payloads);
     let mut rows: Vec<_> = rows.map_while(|(row, payload)| row.zip(payload)).collect();
     let whole = rows.len() == chunk.num_rows();
     rows.sort_by_key(|(row, _)| row.number());
     append(series, rows.into_iter(), digest, topology)?;
-    match whole {
-        true => Ok(()),
-        false => Err(Damaged::behind(series)),
+    if whole {
+        Ok(())
+    } else {
+        Err(Damaged::behind(series))
     }
 }
 
@@ -292,7 +301,7 @@ fn append<'p, S: Series>(
     Ok(())
 }
 
-/// Adds the events in `chunk`. Those of different threads may be slightly out of order.
+/// Adds the events in `chunk`. Events of different threads may be slightly out of order.
 fn add_events(
     events: &mut Vec<Event>,
     chunk: &Chunk,
@@ -300,14 +309,14 @@ fn add_events(
 ) -> Result<(), Damaged> {
     for text in columns::read_texts(chunk) {
         let after = events.last().map_or(Time::ZERO, |last| last.at);
-        let text = text.ok_or(Damaged { after })?;
-        digest.add_event(&text);
-        events.push(json(&text).ok_or(Damaged { after })?);
+        let event = text.ok_or(Damaged { after })?;
+        digest.add_event(&event);
+        events.push(json(&event).ok_or(Damaged { after })?);
     }
     Ok(())
 }
 
-/// The value in `text`, safe for a terminal; `None` for an invalid one.
+/// Returns the value in `text`, safe for a terminal; `None` for an invalid one.
 fn json<T: DeserializeOwned>(text: &str) -> Option<T> {
     let mut value = serde_json::from_str(text).ok()?;
     make_printable(&mut value);

@@ -1,4 +1,4 @@
-//! Curves over something that is no run time, in a file for the viewer.
+//! Curves over something other than run time, in a file for the viewer.
 
 use std::io;
 
@@ -91,7 +91,7 @@ impl CurvePlots {
 }
 
 impl CurvePlot {
-    /// Sends each curve in its own colour, and the line at zero if there is one.
+    /// Sends each curve in its own colour, and the line at zero, if any.
     fn send(&self, rec: &RecordingStream, axis: TimelineName) -> RecordingStreamResult<()> {
         let count = self.curves.len();
         let looks = palette::series(count).zip(palette::widths(count));

@@ -63,14 +63,17 @@ impl ContentDigest {
         self.events.update(b"\n");
     }
 
-    /// The digest of a recording with this `end`.
+    /// Returns the digest of a recording with this `end`.
     pub fn with_end(&self, end: &RecordingEnd) -> u64 {
         let end = RecordingEnd {
             digest: None,
             ..end.clone()
         };
-        let series = self.topics.iter().chain(&self.nodes);
-        let series = series.map(|series| &series.hash);
+        let series = self
+            .topics
+            .iter()
+            .chain(&self.nodes)
+            .map(|series| &series.hash);
         let parts = [&self.origin, &self.events].into_iter().chain(series);
         let mut whole = Xxh3::new();
         parts.for_each(|part| whole.update(&part.digest().to_le_bytes()));

@@ -94,7 +94,7 @@ impl RecordingFile {
         Ok(state.path.metadata()?.len())
     }
 
-    /// A file that may replace this one.
+    /// Returns a file that may replace this one.
     ///
     /// # Errors
     /// The error of the operating system.
@@ -102,7 +102,7 @@ impl RecordingFile {
         Unfinished::create(&resolved(&self.state().path)?)
     }
 
-    /// The file from its beginning.
+    /// Returns the file from its beginning.
     ///
     /// # Errors
     /// The error of the operating system.
@@ -112,7 +112,7 @@ impl RecordingFile {
         Ok(file)
     }
 
-    /// Its path.
+    /// Returns its path.
     pub fn path(&self) -> PathBuf {
         self.state().path.clone()
     }
@@ -141,7 +141,7 @@ impl State {
         }
     }
 
-    /// Whether the file is still at its path. An open file outlives its path, and later
+    /// Returns whether the file is still at its path. An open file outlives its path, and later
     /// writes are lost.
     fn is_in_place(&self) -> bool {
         let named = same_file::Handle::from_path(&self.path);
@@ -157,7 +157,7 @@ impl State {
     }
 }
 
-/// The beginning of a file that `writer` writes.
+/// Returns the beginning of a file that `writer` writes.
 ///
 /// # Errors
 /// Its error.

@@ -11,10 +11,10 @@ use crate::recorder::{BeginRun, Destination, RecordingFormat};
 /// The format of rerun's files.
 #[derive(Clone, Debug)]
 pub struct RrdFormat {
-    /// The viewer that gets the recordings as well, if there is one.
+    /// The viewer that gets the recordings as well, if any.
     pub viewer: Option<Viewer>,
-    /// Whether the end of a recording is overdue: then it has all that was recorded, but no lanes
-    /// for the eye, and is larger than it could be.
+    /// Whether the end of a recording is overdue: then it has everything recorded, but no lanes for
+    /// the viewer, and is larger than necessary.
     pub is_overdue: fn() -> bool,
 }
 

@@ -39,7 +39,7 @@ const LZ4_BEST_RATIO: u64 = 255;
 /// The first word of an Arrow message, before its length.
 const CONTINUATION: u32 = u32::MAX;
 
-/// Whether `bytes` begin with the magic bytes of a `.rrd` file.
+/// Returns whether `bytes` begin with the magic bytes of a `.rrd` file.
 pub fn is_rrd(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC) && bytes.len() >= StreamHeader::ENCODED_SIZE_BYTES
 }
@@ -54,7 +54,7 @@ pub struct Chunks<'a> {
 }
 
 impl<'a> Chunks<'a> {
-    /// The chunks of the file with the content `bytes`.
+    /// Creates the chunks of the file with the content `bytes`.
     pub fn new(bytes: &'a [u8]) -> Self {
         let rest = bytes.get(StreamHeader::ENCODED_SIZE_BYTES..);
         Self {
@@ -64,12 +64,12 @@ impl<'a> Chunks<'a> {
         }
     }
 
-    /// Number of bytes that are left.
+    /// Returns the number of bytes that are left.
     pub fn left(&self) -> usize {
         self.rest.len()
     }
 
-    /// The next chunk; `None` at the end of the file.
+    /// Returns the next chunk; `None` at the end of the file.
     fn chunk(&mut self) -> Result<Option<Chunk>, &'static str> {
         loop {
             let (kind, content) = self.message()?;
@@ -91,14 +91,14 @@ impl<'a> Chunks<'a> {
         }
     }
 
-    /// The kind and content of the next message.
+    /// Returns the kind and content of the next message.
     fn message(&mut self) -> Result<(MessageKind, &'a [u8]), &'static str> {
         let header = self
             .rest
             .split_at_checked(MessageHeader::ENCODED_SIZE_BYTES);
         let (header, rest) = header.ok_or(CUT_OFF[0])?;
-        let header = MessageHeader::from_rrd_bytes(header);
-        let header = header.map_err(|_| "it holds what is no message")?;
+        let header = MessageHeader::from_rrd_bytes(header)
+            .map_err(|_| "it holds something that is not a message")?;
         let length = usize::try_from(header.len).ok();
         let content = length.and_then(|length| rest.split_at_checked(length));
         let (content, rest) = content.ok_or(CUT_OFF[1])?;
@@ -120,13 +120,13 @@ impl Iterator for Chunks<'_> {
     }
 }
 
-/// The name of the application, from the message at the beginning of a recording.
+/// Returns the name of the application, from the message at the beginning of a recording.
 fn application(content: &[u8]) -> Option<String> {
     let info = SetStoreInfo::from_rrd_bytes(content).ok()?.info?;
     Some(info.store_id?.application_id?.id)
 }
 
-/// The chunk in a message; `None` if it is unreadable.
+/// Returns the chunk in a message; `None` if it is unreadable.
 fn chunk(content: &[u8]) -> Option<Chunk> {
     let message = ArrowMsg::from_rrd_bytes(content).ok()?;
     if message.encoding() != Encoding::ArrowIpc {
@@ -156,7 +156,7 @@ fn unpack(packed: &[u8], size: u64) -> Option<Vec<u8>> {
     (length == unpacked.len()).then_some(unpacked)
 }
 
-/// Whether every length trusted by Arrow's reader fits into `stream`.
+/// Returns whether every length trusted by Arrow's reader fits into `stream`.
 fn lengths_fit(mut stream: &[u8]) -> bool {
     while stream.len() >= size_of::<u32>() {
         match behind_message(stream) {
@@ -167,9 +167,9 @@ fn lengths_fit(mut stream: &[u8]) -> bool {
     true
 }
 
-/// What is behind the first Arrow message of `stream`: a marker, the length of its description,
-/// the description, and a body of the length stated there. Nothing is behind the end of the
-/// stream.
+/// Returns what is behind the first Arrow message of `stream`: a marker, the length of its
+/// description, the description, and a body of the length stated there. Nothing is behind the end
+/// of the stream.
 fn behind_message(stream: &[u8]) -> Option<&[u8]> {
     let (marker, rest) = stream.split_first_chunk()?;
     let (length, rest) = rest.split_first_chunk()?;
@@ -183,7 +183,7 @@ fn behind_message(stream: &[u8]) -> Option<&[u8]> {
     rest.get(usize::try_from(body).ok()?..)
 }
 
-/// The result of `read`; `None` also after a panic, without printing it: some of Arrow's
+/// Returns the result of `read`; `None` also after a panic, without printing it: some of Arrow's
 /// checks are assertions.
 pub fn quietly<T>(read: impl FnOnce() -> Option<T>) -> Option<T> {
     thread_local! { static QUIET: Cell<bool> = const { Cell::new(false) } }

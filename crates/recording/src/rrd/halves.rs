@@ -13,7 +13,7 @@ use super::columns;
 pub struct MessageHalves(BTreeMap<RowId, (Option<Head>, Option<Vec<f64>>)>);
 
 impl MessageHalves {
-    /// Whether `chunk` has one half of its messages.
+    /// Returns whether `chunk` has one half of its messages.
     pub fn are_in(chunk: &Chunk) -> bool {
         columns::has_numbers::<Head>(chunk) != columns::is_plotted(chunk)
     }
@@ -31,11 +31,13 @@ impl MessageHalves {
         }
     }
 
-    /// The messages in the order of their numbers; `None` if a half is missing.
+    /// Returns the messages in the order of their numbers; `None` if a half is missing.
     pub fn joined(self) -> Option<Vec<(Head, Vec<f64>)>> {
-        let rows = self.0.into_values();
-        let rows = rows.map(|(head, payload)| head.zip(payload));
-        let mut rows = rows.collect::<Option<Vec<_>>>()?;
+        let mut rows = self
+            .0
+            .into_values()
+            .map(|(head, payload)| head.zip(payload))
+            .collect::<Option<Vec<_>>>()?;
         rows.sort_by_key(|(head, _)| head.seq);
         Some(rows)
     }

@@ -5,7 +5,7 @@
 //! file ──► frames ──► columns ──► content ──► Recording
 //! ```
 //!
-//! A recording holds a run twice: for readers, to the bit, and for the eye.
+//! A recording holds a run twice: bit for bit for readers, and as pictures for the viewer.
 //!
 //! | entity | what is in it | for |
 //! |---|---|---|
@@ -16,9 +16,9 @@
 //! | `/threads` | what the threads of the real clock did, and in which order | readers |
 //! | `/checkpoint` | up to where everything is there, until the file is complete | readers |
 //! | `/end` | how it ended, and how much is in it: [`RecordingEnd`](crate::RecordingEnd) as JSON | readers |
-//! | `/picture`, `/plot`, `/graph` | what the viewer draws: [`scene`] | the eye |
-//! | `/mode` | lanes of clock, rates and faults | the eye |
-//! | `/timeline` | lanes of ticks, messages and plans, added at the end: [`scene::lanes`] | the eye |
+//! | `/picture`, `/plot`, `/graph` | what the viewer draws: [`scene`] | viewer |
+//! | `/mode` | lanes of clock, rates and faults | viewer |
+//! | `/timeline` | lanes of ticks, messages and plans, added at the end: [`scene::lanes`] | viewer |
 //!
 //! Everything is placed on `run_time` (ns since the run began), `control_step`
 //! (messages on the system's topic of states), and under the real clock
@@ -49,7 +49,7 @@ pub use format::RrdFormat;
 pub use reader::ReadError;
 pub use viewer::{VIEWER, Viewer};
 
-/// The version of rerun for which files are written.
+/// Returns the version of rerun for which files are written.
 pub fn rerun_version() -> String {
     rerun::build_info().version.to_string()
 }

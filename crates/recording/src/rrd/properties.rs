@@ -17,7 +17,7 @@ use super::{
 };
 use crate::recorder::Source;
 
-/// A stream to `file`, and to `viewer` if there is one, with its layout and description.
+/// Opens a stream to `file`, and to `viewer` if any, with layout and description.
 pub fn begin(
     file: &RecordingFile,
     viewer: Option<&Viewer>,

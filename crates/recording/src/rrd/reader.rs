@@ -14,7 +14,7 @@ use super::{
     frames::{CUT_OFF, Chunks, is_rrd, quietly},
     schema::SWEEP_APPLICATION,
 };
-use crate::run::Recording;
+use crate::{check::DescriptionError, run::Recording};
 
 /// Maximum size of a file (bytes): half a day at 50 Hz. Reading takes about twice as much
 /// memory.
@@ -61,7 +61,7 @@ impl Recording {
     /// Reads the file at `path`, or its intact part.
     ///
     /// # Errors
-    /// [`ReadError`] if it is no recording of ratelab, or no part of it is intact.
+    /// [`ReadError`] if it is not a recording of ratelab, or no part of it is intact.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         Self::read_watched(path, |_, _| ControlFlow::Continue(()))
     }
@@ -102,20 +102,23 @@ impl Recording {
         let mut content = None;
         while let Some(chunk) = chunks.next() {
             if watch((bytes.len() - chunks.left()) as u64, bytes.len() as u64).is_break() {
-                let path = path.to_owned();
-                return Err(ReadError::Stopped { path });
+                return Err(ReadError::Stopped {
+                    path: path.to_owned(),
+                });
             }
-            let added = quietly(|| Some(Content::add(&mut content, &chunk)));
-            let added = added.unwrap_or_else(|| Err("this recording is damaged".to_owned()));
-            added.map_err(|what| foreign(&what))?;
+            let added = quietly(|| Some(Content::add(&mut content, &chunk)))
+                .unwrap_or(Err(DescriptionError::DamagedFile));
+            added.map_err(|what| foreign(&what.to_string()))?;
         }
         let begun = content.is_some();
         if !begun && chunks.application.as_deref() == Some(SWEEP_APPLICATION) {
-            let path = path.to_owned();
-            return Err(ReadError::Sweep { path });
+            return Err(ReadError::Sweep {
+                path: path.to_owned(),
+            });
         }
-        let recording = content.and_then(|content| content.whole(chunks.damage));
-        let recording = recording.ok_or_else(|| foreign(&nothing_whole(begun, chunks.damage)))?;
+        let recording = content
+            .and_then(|content| content.whole(chunks.damage))
+            .ok_or_else(|| foreign(&nothing_whole(begun, chunks.damage)))?;
         Ok(Self {
             path: path.to_owned(),
             bytes: bytes.len() as u64,
@@ -127,8 +130,8 @@ impl Recording {
 /// What becomes of a recording before its first checkpoint.
 const KILLED: &str = "a recording that is killed in its first second holds nothing of its run";
 
-/// The reason why no part of a file is intact, although it begins like a recording;
-/// `begun` if it contains the description of the run.
+/// Returns the reason why no part of a file is intact, although it begins like a recording; `begun`
+/// if it contains the description of the run.
 fn nothing_whole(begun: bool, damage: Option<&str>) -> String {
     let what = match (begun, damage) {
         (true, Some(damage)) => format!("nothing in this recording is whole: {damage}"),

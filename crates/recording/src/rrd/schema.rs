@@ -29,13 +29,17 @@ pub const UNTIL: &str = "until_ns";
 /// Component with a value as JSON.
 pub const JSON: &str = "json";
 
-/// The entity with these parts of a path, with any characters.
+/// Returns the entity with these parts of a path, with any characters.
 pub fn path(parts: &[&str]) -> EntityPath {
-    let parts = parts.iter().map(|part| EntityPathPart::new(*part));
-    EntityPath::new(parts.collect())
+    EntityPath::new(
+        parts
+            .iter()
+            .map(|part| EntityPathPart::new(*part))
+            .collect(),
+    )
 }
 
-/// Entity of the messages of a topic.
+/// Returns the entity of the messages of a topic.
 pub fn topic_entity(name: &str) -> EntityPath {
     let parts = name.split('/').filter(|part| !part.is_empty());
     path(&std::iter::once("topics").chain(parts).collect::<Vec<_>>())
@@ -44,7 +48,7 @@ pub fn topic_entity(name: &str) -> EntityPath {
 /// Parent of the entities of all nodes.
 pub const NODES: &str = "nodes";
 
-/// Entity of the ticks of a node. Their lateness is a series there (µs), NaN under a
+/// Returns the entity of the ticks of a node. Their lateness is a series there (µs), NaN under a
 /// clock without lateness.
 pub fn node_entity(name: &str) -> EntityPath {
     path(&[NODES, name])

@@ -37,9 +37,9 @@ pub struct ThreadTrack {
 }
 
 impl ThreadTrack {
-    /// What is new, each piece with its thread.
+    /// Returns what is new, each piece with its thread.
     pub fn take(&mut self, observer: &Observer) -> Vec<(usize, Vec<u8>)> {
-        RunLog::of(observer).since(&mut self.position)
+        RunLog::attach(observer).since(&mut self.position)
     }
 
     /// Writes `pieces` at run time `now`.
@@ -67,13 +67,13 @@ impl ThreadTrack {
         stream.send(THREADS, &vec![now; pieces.len()], columns)
     }
 
-    /// The digest of all that is written; `None` before the first piece.
+    /// Returns the digest of all that is written; `None` before the first piece.
     pub fn digest(&self) -> Option<u64> {
         self.digest
     }
 }
 
-/// The digest of a row after one with digest `before`.
+/// Returns the digest of a row after one with digest `before`.
 fn digest(before: Option<u64>, row: u64, thread: u64, bytes: &[u8]) -> u64 {
     let head = [before.unwrap_or(0), row, thread].map(u64::to_le_bytes);
     let digest = Digest::of(&[head.as_flattened(), bytes].concat()).to_string();
@@ -111,8 +111,8 @@ impl LogPieces {
         }
     }
 
-    /// The log of a run with this `topology` and these `events`, if there is one; `end` is
-    /// the digest in the end record.
+    /// Returns the log of a run with this `topology` and these `events`, if any; `end` is the
+    /// digest in the end record.
     pub fn finish(
         self,
         topology: &Topology,
@@ -121,8 +121,10 @@ impl LogPieces {
     ) -> Option<ThreadLog> {
         let (mut log, mut last) = (Log::default(), None);
         let all = self.0.len();
-        let pieces = self.0.into_values();
-        let pieces = pieces.filter_map(|piece| piece.numbers.zip(piece.bytes));
+        let pieces = self
+            .0
+            .into_values()
+            .filter_map(|piece| piece.numbers.zip(piece.bytes));
         let mut pieces: Vec<_> = pieces.collect();
         let mut sound = pieces.len() == all;
         pieces.sort_by_key(|([row, ..], _)| *row);

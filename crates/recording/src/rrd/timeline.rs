@@ -46,12 +46,12 @@ impl BatchStream<'_> {
             .send_columns(entity, self.timelines(times), columns)
     }
 
-    /// Number of steps by the end of this batch.
+    /// Returns the number of steps by the end of this batch.
     pub fn made(&self) -> u64 {
         self.step_at(Time::MAX)
     }
 
-    /// Number of steps by run time `at`, including `at` itself.
+    /// Returns the number of steps by run time `at`, including `at` itself.
     fn step_at(&self, at: Time) -> u64 {
         let made = self.steps.partition_point(|head| head.at <= at);
         let newest = made
@@ -60,23 +60,25 @@ impl BatchStream<'_> {
         newest.map_or(self.before, |head| head.seq + 1)
     }
 
-    /// The places of rows at these run times.
+    /// Returns the places of rows at these run times.
     fn timelines(&self, times: &[Time]) -> impl Iterator<Item = TimeColumn> + use<> {
         let nanos: Vec<i64> = times.iter().map(|at| signed(at.as_nanos())).collect();
         let steps = times.iter().map(|at| signed(self.step_at(*at)));
         let steps = TimeColumn::new_sequence(CONTROL_STEP, steps);
         let wall = self.epoch.map(|epoch| {
-            let epoch = epoch.duration_since(UNIX_EPOCH).unwrap_or_default();
-            let epoch = signed(epoch.as_nanos());
-            let nanos = nanos.iter().map(|nanos| epoch.saturating_add(*nanos));
-            TimeColumn::new_timestamp_nanos_since_epoch(WALL_TIME, nanos)
+            let since_epoch = epoch.duration_since(UNIX_EPOCH).unwrap_or_default();
+            let epoch = signed(since_epoch.as_nanos());
+            TimeColumn::new_timestamp_nanos_since_epoch(
+                WALL_TIME,
+                nanos.iter().map(|nanos| epoch.saturating_add(*nanos)),
+            )
         });
         let run = TimeColumn::new_duration_nanos(RUN_TIME, nanos);
         [run, steps].into_iter().chain(wall)
     }
 }
 
-/// The run times of `rows`.
+/// Returns the run times of `rows`.
 pub fn times(heads: &[Head]) -> Vec<Time> {
     heads.iter().map(|head| head.at).collect()
 }

@@ -16,6 +16,8 @@ use rerun::{
     sink::{GrpcSink, LogSink, SinkFlushError},
 };
 
+use thiserror::Error;
+
 use super::file::RecordingFile;
 
 /// Address at which a viewer listens.
@@ -27,6 +29,17 @@ const PATIENCE: Duration = Duration::from_secs(2);
 /// Messages that may wait for the viewer: about a minute of a run in real time.
 const BACKLOG: usize = 2_048;
 
+/// Why no viewer was found at an address.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum ViewerError {
+    /// The text is not an address.
+    #[error("{0:?} is not the address of a viewer, such as {VIEWER}")]
+    NoAddress(String),
+    /// Nobody listens there.
+    #[error("no viewer listens at {0}: start one with the command rerun")]
+    NoListener(String),
+}
+
 /// A running viewer.
 #[derive(Clone, Debug)]
 pub struct Viewer(ProxyUri);
@@ -35,18 +48,17 @@ impl Viewer {
     /// Finds the viewer that listens at `address`.
     ///
     /// # Errors
-    /// The reason in a line, if there is none.
-    pub fn find(address: &str) -> Result<Self, String> {
+    /// [`ViewerError`] if none listens there.
+    pub fn find(address: &str) -> Result<Self, ViewerError> {
         let uri: ProxyUri = address
             .parse()
-            .map_err(|_| format!("{address:?} is no address of a viewer, such as {VIEWER}"))?;
+            .map_err(|_| ViewerError::NoAddress(address.to_owned()))?;
         let place = format!("{}:{}", uri.origin.host, uri.origin.port);
         let mut known = place.to_socket_addrs().into_iter().flatten();
-        match known.any(|at| TcpStream::connect_timeout(&at, PATIENCE).is_ok()) {
-            true => Ok(Self(uri)),
-            false => Err(format!(
-                "no viewer listens at {place}: start one with the command rerun"
-            )),
+        if known.any(|at| TcpStream::connect_timeout(&at, PATIENCE).is_ok()) {
+            Ok(Self(uri))
+        } else {
+            Err(ViewerError::NoListener(place))
         }
     }
 }

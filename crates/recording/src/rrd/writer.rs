@@ -115,7 +115,7 @@ impl RecordingWriter {
         newest.map_or(Time::ZERO, |newest| newest - Time::RESOLUTION)
     }
 
-    /// The end record.
+    /// Returns the end record.
     fn outcome(&self, reason: &StopReason, lost: u64) -> RecordingEnd {
         let rows = |series: &[RowDigest]| series.iter().map(|digest| digest.rows).collect();
         let end = reason.end(&*self.system, &self.observer);
@@ -146,8 +146,8 @@ impl RecordingWriter {
         self.flush()
     }
 
-    /// Writes the items before an event that shifts wall time with the old epoch, and
-    /// those after it with the new one.
+    /// Writes the items before an event that shifts wall time with the old epoch, and later
+    /// items with the new one.
     fn write_parts(&mut self, until: Time, events: &[Event]) -> Written {
         let mut rest = events;
         while let Some(index) = rest.iter().position(moves_the_wall) {
@@ -199,10 +199,10 @@ impl RecordingWriter {
             self.newest = self.newest.max(ticks.newest());
         }
         events::add(&stream, events, digest)?;
-        let until = until.min(self.newest.unwrap_or_default());
-        // Whoever waits for the end can do without the part for the eye.
+        let drawn_until = until.min(self.newest.unwrap_or_default());
+        // If somebody waits for the end, the part for the viewer is left out.
         if !(self.is_overdue)() {
-            self.scene.add(&stream, &rows.topics, events, until)?;
+            self.scene.add(&stream, &rows.topics, events, drawn_until)?;
         }
         self.made = made;
         Ok(())
@@ -213,9 +213,12 @@ impl RecordingWriter {
     fn add_lanes(&self) -> Written {
         let path = self.file.path();
         let small = fs::metadata(&path).is_ok_and(|file| file.len() <= LARGEST);
-        let on_time = |_, _| match (self.is_overdue)() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
+        let on_time = |_, _| {
+            if (self.is_overdue)() {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
         };
         let read = || Recording::read_watched(&path, on_time).ok();
         let recording = small.then(read).flatten();
@@ -237,7 +240,7 @@ impl RecordingWriter {
         stream.send(END, &[outcome.at], [columns::texts([json])?])
     }
 
-    /// The stream for a batch with these `steps` of the plant.
+    /// Returns the stream for a batch with these `steps` of the plant.
     fn stream<'a>(&self, steps: &'a [Head]) -> BatchStream<'a> {
         BatchStream {
             rec: self.rec.clone(),
@@ -274,9 +277,10 @@ impl RunWriter for RecordingWriter {
     ) -> io::Result<FinishedRecording> {
         self.waiting.receive(&tap);
         let goes_on = matches!(reason, StopReason::Off) && !self.observer.status().paused;
-        let until = match goes_on {
-            true => self.drain_before_newest(&tap),
-            false => Time::MAX,
+        let until = if goes_on {
+            self.drain_before_newest(&tap)
+        } else {
+            Time::MAX
         };
         self.batch(until)?;
         let outcome = self.outcome(reason, tap.lost());
@@ -296,7 +300,7 @@ impl RunWriter for RecordingWriter {
             hurried: (self.is_overdue)(),
             messages: outcome.messages.iter().sum(),
             lost: outcome.lost,
-            written_from_outside: RunLog::of(&self.observer).written_from_outside(),
+            written_from_outside: RunLog::attach(&self.observer).written_from_outside(),
         })
     }
 }

@@ -41,7 +41,7 @@ pub struct RecordingEnd {
 }
 
 impl RecordingEnd {
-    /// The result of the run, if it ended with one.
+    /// Returns the result of the run, if it ended with one.
     pub fn result(&self) -> Option<&RunResult> {
         match &self.end {
             RunStatus::Ended(result) => Some(result),
@@ -90,10 +90,9 @@ pub struct VerdictRecord {
 }
 
 impl RunResult {
-    /// The result of a run of `system` with this `summary`.
+    /// Creates the result of a run of `system` with this `summary`.
     pub fn new(system: &dyn System, summary: &Summary) -> Self {
-        let finals = system.finals(&summary.state).into_iter();
-        let finals = finals.map(|figure| {
+        let finals = system.finals(&summary.state).into_iter().map(|figure| {
             let finite = Some(figure.value).filter(|value| value.is_finite());
             (figure.name.to_owned(), finite)
         });
@@ -111,7 +110,7 @@ impl RunResult {
 }
 
 impl VerdictRecord {
-    /// The verdict of a run of `system`; without a text if the system has none of this
+    /// Returns the verdict of a run of `system`; without a text if the system has none of this
     /// name.
     pub fn verdict(&self, system: &dyn System) -> Verdict {
         /// A verdict of another system.

@@ -10,7 +10,7 @@ use ratelab_study::{
 use super::recording::Recording;
 
 impl Recording {
-    /// The chains behind the actions of the run.
+    /// Returns the chains behind the actions of the run.
     pub fn lineage(&self) -> Lineage {
         let setup = self.origin.config.setup.iter();
         let mut lineage = Lineage::new(self.origin.topology.clone(), setup);
@@ -29,15 +29,15 @@ impl Recording {
         lineage
     }
 
-    /// Whether it holds the run from its begin.
+    /// Returns whether it holds the run from its start.
     pub fn begins_with_run(&self) -> bool {
         let mut ticks = self.ticks.iter().filter_map(|ticks| ticks.first());
         let mut heads = self.topics.iter().filter_map(|rows| rows.heads().first());
         ticks.all(|tick| tick.number == 0) && heads.all(|head| head.seq == 0)
     }
 
-    /// The ages of the whole run of `system` with this `summary`, with their parts; none without
-    /// all messages and ticks.
+    /// Returns the ages of the whole run of `system` with this `summary`, with their parts; none
+    /// without all messages and ticks.
     pub fn ages(&self, system: &dyn System, summary: &Summary) -> Vec<RunAge> {
         let lost = self.outcome.as_ref().map_or(0, |outcome| outcome.lost);
         match lost {
@@ -46,19 +46,24 @@ impl Recording {
         }
     }
 
-    /// The plans of the run as bars, by lane.
+    /// Returns the plans of the run as bars, by lane.
     pub fn plan_lanes(&self, planning: &Planning) -> Vec<Vec<PlanBar>> {
         PlanBars::of(planning, |topic| self.rows(topic)).lanes()
     }
 
-    /// The knobs of the run in the order in which they were turned, beginning with those
-    /// of the start.
+    /// Returns the knobs of the run in the order in which they were turned, beginning with the
+    /// knobs of the start.
     pub fn knobs(&self) -> Vec<TimedKnob> {
-        let start = self.origin.config.setup.iter().cloned();
-        let start = start.map(|knob| TimedKnob {
-            at: Time::ZERO,
-            knob,
-        });
+        let start = self
+            .origin
+            .config
+            .setup
+            .iter()
+            .cloned()
+            .map(|knob| TimedKnob {
+                at: Time::ZERO,
+                knob,
+            });
         let later = self.events.iter().filter_map(Event::knob);
         start.chain(later).collect()
     }
@@ -69,8 +74,8 @@ impl Recording {
         let knobs = self.knobs();
         let nodes = self.origin.topology.nodes.iter();
         for (node, ticks) in nodes.zip(&mut self.run.ticks) {
-            let knobs = knobs.iter();
             let mut mine = knobs
+                .iter()
                 .filter(|timed| timed.knob.target() == node.name)
                 .peekable();
             let (mut takes, mut hangs) = (false, false);
@@ -83,16 +88,17 @@ impl Recording {
                         _ => {}
                     }
                 }
-                tick.ends = match std::mem::take(&mut hangs) || takes {
-                    true => tick.took.map(|took| tick.at + took),
-                    false => Some(tick.at),
+                tick.ends = if std::mem::take(&mut hangs) || takes {
+                    tick.took.map(|took| tick.at + took)
+                } else {
+                    Some(tick.at)
                 };
             }
         }
     }
 }
 
-/// The end of a tick; under the real clock in wall time.
+/// Returns the end of a tick; under the real clock in wall time.
 pub fn end_of(tick: &TickRecord) -> Time {
     let took = tick.lateness.and(tick.took).unwrap_or_default();
     tick.ends.unwrap_or(tick.at).max(tick.at + took)

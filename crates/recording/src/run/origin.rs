@@ -27,7 +27,7 @@ pub struct Origin {
     pub platform: String,
     /// Name of the system.
     pub system: String,
-    /// The text of its graph file, if it has one; see [`About`].
+    /// The text of its graph file, if any; see [`About`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub graph_file: Option<String>,
     /// The configuration at the start.
@@ -52,8 +52,8 @@ pub struct ProcessRecord {
     pub pid: u32,
     /// The nodes that run in it.
     pub nodes: Vec<String>,
-    /// The greatest error of its times (ns) when the recording began: zero for those of the
-    /// machine whose run time it is; `None` if it was unknown.
+    /// The greatest error of its times (ns) when the recording began: zero for the machine
+    /// whose run time it is; `None` if it was unknown.
     pub error_ns: Option<u64>,
 }
 
@@ -70,7 +70,7 @@ impl fmt::Display for ProcessRecord {
 }
 
 impl Origin {
-    /// The origin of a run of `system` by this program.
+    /// Creates the origin of a run of `system` by this program.
     pub fn new(system: &dyn System, config: Config, topology: Topology) -> Self {
         let About {
             engine, graph_file, ..
@@ -89,7 +89,7 @@ impl Origin {
         }
     }
 
-    /// The software of the recording, with versions.
+    /// Returns the software of the recording, with versions.
     pub fn made_by(&self) -> String {
         let ratelab = format!("ratelab {}", self.ratelab);
         let parts = [Some(&ratelab), self.engine.as_ref(), Some(&self.platform)];

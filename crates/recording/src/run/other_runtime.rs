@@ -33,19 +33,21 @@ pub struct OtherRun {
 const NAME: &str = "your runtime";
 
 impl Recording {
-    /// `run` of `system` as a complete recording without a file. Topics and nodes that it
+    /// Returns `run` of `system` as a complete recording without a file. Topics and nodes that it
     /// lacks are empty.
     ///
     /// # Errors
     /// [`BuildError`] if its configuration is invalid.
-    pub fn of_other_runtime(
+    pub fn from_other_runtime(
         mut run: OtherRun,
         system: &Arc<dyn System>,
     ) -> Result<Self, BuildError> {
         let graph = Experiment::new(system.clone(), &run.config)?;
         let topology = graph.observer().topology();
-        let topics = topology.topics.iter();
-        let topics = topics.map(|topic| run.topics.remove(&topic.name).unwrap_or_default());
+        let topics = topology
+            .topics
+            .iter()
+            .map(|topic| run.topics.remove(&topic.name).unwrap_or_default());
         let nodes = topology.nodes.iter();
         let ticks = nodes.map(|node| run.ticks.remove(&node.name).unwrap_or_default());
         let run_rows = RunRows {

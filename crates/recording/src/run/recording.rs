@@ -54,15 +54,15 @@ pub struct Recording {
 pub struct ThreadLog {
     /// The log.
     pub log: Log,
-    /// All events of the file: those of a damaged one may be more than a
-    /// [`Recording`] has.
+    /// All events of the file: a damaged file may have more events than its
+    /// [`Recording`].
     pub events: Vec<Event>,
     /// What is wrong with it, if anything is.
     pub damage: Option<&'static str>,
 }
 
 impl Recording {
-    /// A recording of the run of `origin` without anything in it.
+    /// Creates a recording of the run of `origin` without anything in it.
     pub(crate) fn empty(origin: Origin) -> Self {
         Self {
             path: PathBuf::new(),
@@ -94,14 +94,14 @@ impl Recording {
         }
     }
 
-    /// Run time of the last message, tick or event: under the real clock it may be late, and
-    /// come after the end.
+    /// Returns the run time of the last message, tick or event: under the real clock it may be
+    /// late, and come after the end.
     pub(crate) fn last_item(&self) -> Time {
         let events = self.events.iter().map(|event| event.at);
         events.chain(self.newest()).max().unwrap_or_default()
     }
 
-    /// All messages of the topic called `name`, in order of publication.
+    /// Returns all messages of the topic called `name`, in order of publication.
     pub fn messages<T: Fields>(&self, name: &str) -> Vec<Message<T>> {
         let messages = self.rows(name).into_iter().flat_map(|rows| {
             let indices = 0..rows.len();
@@ -110,28 +110,28 @@ impl Recording {
         messages.collect()
     }
 
-    /// The messages of the topic called `name`, as numbers.
+    /// Returns the messages of the topic called `name`, as numbers.
     pub fn rows(&self, name: &str) -> Option<&Rows> {
         self.topics.get(self.origin.topology.topic(name)?)
     }
 
-    /// Its nodes, each with its ticks.
+    /// Returns its nodes, each with its ticks.
     pub(crate) fn nodes(&self) -> impl Iterator<Item = (&NodeTopology, &Vec<TickRecord>)> {
         self.origin.topology.nodes.iter().zip(&self.run.ticks)
     }
 
-    /// Its end, if it goes on to the end of the run.
+    /// Returns its end, if it goes on to the end of the run.
     pub(crate) fn end_of_run(&self) -> Option<&RecordingEnd> {
         let outcome = self.outcome.as_ref();
         outcome.filter(|outcome| outcome.end != RunStatus::WentOn)
     }
 
-    /// The result of its run, if that ended with one.
+    /// Returns the result of its run, if that ended with one.
     pub fn result(&self) -> Option<&RunResult> {
         self.outcome.as_ref()?.result()
     }
 
-    /// Whether it is a recording of `system`.
+    /// Returns whether it is a recording of `system`.
     pub fn is_of(&self, system: &dyn System) -> bool {
         let Origin {
             system: name,
@@ -141,15 +141,15 @@ impl Recording {
         name == system.name() && graph_file.as_deref() == system.about().graph_file
     }
 
-    /// The system of its graph file, which may have `system` in the middle; `None` without an
-    /// intact one.
+    /// Returns the system of its graph file, which may have `system` in the middle; `None` without
+    /// an intact one.
     pub fn graph_system(&self, system: &Arc<dyn System>) -> Option<Arc<dyn System>> {
         let graph = GraphFile::parse(self.origin.graph_file.as_ref()?).ok()?;
         Some(Arc::new(graph.system(std::slice::from_ref(system)).ok()?))
     }
 
-    /// The system of the recording: `system` if it is the same, or else a placeholder
-    /// with the data of the file.
+    /// Returns the system of the recording: `system` if it is the same, or else a placeholder with
+    /// the data of the file.
     pub fn system(&self, system: &Arc<dyn System>) -> Arc<dyn System> {
         if self.is_of(&**system) {
             system.clone()
@@ -158,12 +158,12 @@ impl Recording {
         }
     }
 
-    /// Whether the file is complete and undamaged.
+    /// Returns whether the file is complete and undamaged.
     pub fn is_whole(&self) -> bool {
         self.damage.is_none() && self.outcome.is_some()
     }
 
-    /// The defect of the file; `None` if it is whole.
+    /// Returns the defect of the file; `None` if it is whole.
     pub fn defect(&self) -> Option<String> {
         if self.is_whole() {
             return None;

@@ -10,33 +10,33 @@ pub trait RecordRow: Clone + Send + Sync + 'static {
     const HAS_PAYLOAD: bool;
     /// The table of its columns.
     const COLUMNS: &'static [RecordColumn];
-    /// Its list of numbers, if it has one.
+    /// Its list of numbers, if any.
     const LIST: Option<ListColumn> = None;
 
-    /// Its number, counted from the beginning of the run.
+    /// Returns its number, counted from the beginning of the run.
     fn number(&self) -> u64;
 
-    /// Its run time.
+    /// Returns its run time.
     fn at(&self) -> Time;
 
-    /// Whether it may come after `last`.
+    /// Returns whether it may come after `last`.
     fn follows(&self, last: &Self) -> bool;
 
-    /// Whether nothing of it happens before it.
+    /// Returns whether nothing of it happens before it.
     fn is_possible(&self) -> bool;
 
-    /// The number in each of its columns: a count, or nanoseconds.
+    /// Returns the number in each of its columns: a count, or nanoseconds.
     fn cells(&self) -> Vec<Option<u64>>;
 
-    /// The numbers in its list.
+    /// Returns the numbers in its list.
     fn list(&self) -> Vec<u64> {
         Vec::new()
     }
 
-    /// Whether all nodes and topics that it names are in the graph.
+    /// Returns whether all nodes and topics that it names are in the graph.
     fn is_in(&self, topology: &Topology) -> bool;
 
-    /// The row with these cells and this list; `None` if there can be none.
+    /// Creates the row with these cells and this list; `None` if they do not fit.
     fn from_cells(cells: &[Option<u64>], list: &[u64]) -> Option<Self>;
 }
 
@@ -65,7 +65,7 @@ pub enum ColumnForm {
     Count,
     /// Run time: the row's place on the timeline.
     RunTime,
-    /// A time, if there is one.
+    /// An optional time.
     Nanos,
     /// A duration of the wall, where the clock measures one: a run that comes again may not.
     Wall,
@@ -82,12 +82,12 @@ pub enum ColumnForm {
 }
 
 impl RecordColumn {
-    /// The column with the component `name`, called `what` in a difference.
+    /// Creates the column with the component `name`, called `what` in a difference.
     pub const fn new(name: &'static str, what: &'static str, form: ColumnForm) -> Self {
         Self { name, what, form }
     }
 
-    /// The number in `cell`, in words.
+    /// Returns the number in `cell`, in words.
     pub fn told(&self, cell: Option<u64>) -> String {
         match (cell, self.form) {
             (None, _) => "none".to_owned(),
@@ -96,19 +96,19 @@ impl RecordColumn {
         }
     }
 
-    /// Whether the column is missing in a file where no row has a number in it.
+    /// Returns whether the column is missing in a file where no row has a number in it.
     pub fn is_rare(&self) -> bool {
         matches!(self.form, ColumnForm::Rare | ColumnForm::RareCount)
     }
 
-    /// Whether each row has a number in this column.
+    /// Returns whether each row has a number in this column.
     pub fn is_full(&self) -> bool {
         use ColumnForm::{Count, RunTime, Stamp};
         matches!(self.form, Count | RunTime | Stamp)
     }
 
-    /// Whether the number of a `computed` row is not that of the recorded one. A duration of
-    /// the wall may be missing in a run that comes again.
+    /// Returns whether the number of a `computed` row is not that of the recorded one. A duration
+    /// of the wall may be missing in a run that comes again.
     pub fn differs(&self, recorded: Option<u64>, computed: Option<u64>) -> bool {
         let known = self.form != ColumnForm::Wall || computed.is_some();
         known && recorded != computed

@@ -63,14 +63,14 @@ impl RunRows {
         }
     }
 
-    /// Number of messages of each topic, and of ticks of each node.
+    /// Returns the number of messages of each topic, and of ticks of each node.
     pub fn counts(&self) -> [Vec<u64>; 2] {
         let messages = self.topics.iter().map(|rows| rows.len() as u64);
         let ticks = self.ticks.iter().map(|ticks| ticks.len() as u64);
         [messages.collect(), ticks.collect()]
     }
 
-    /// Run time of the newest row; `None` without rows.
+    /// Returns the run time of the newest row; `None` without rows.
     pub fn newest(&self) -> Option<Time> {
         let messages = self.topics.iter().map(Series::newest);
         let rows = messages.chain(self.ticks.iter().map(Series::newest));

@@ -16,16 +16,16 @@ pub trait Series {
     /// A row.
     type Row: RecordRow;
 
-    /// The rows without their payloads.
+    /// Returns the rows without their payloads.
     fn rows(&self) -> &[Self::Row];
 
-    /// The payload of row `index`.
+    /// Returns the payload of row `index`.
     fn payload(&self, index: usize) -> &[f64];
 
     /// Adds a row; returns `false` for a payload of another length.
     fn add(&mut self, row: Self::Row, payload: &[f64]) -> bool;
 
-    /// Run time of the newest row. Those of several publishers may come out of order.
+    /// Returns the run time of the newest row. Rows of several publishers may come out of order.
     fn newest(&self) -> Option<Time> {
         self.rows().iter().map(RecordRow::at).max()
     }
@@ -247,23 +247,27 @@ impl RecordRow for TickRecord {
     }
 }
 
-/// The reads in the list of a tick; `None` if it has a part of one.
+/// Returns the reads in the list of a tick; `None` if it has a part of one.
 fn reads_in<Reads: FromIterator<TopicRead>>(list: &[u64], tick: u64) -> Option<Reads> {
     let (reads, []) = list.as_chunks::<4>() else {
         return None;
     };
-    let reads = reads.iter().map(|[topic, apart, reader, newer]| {
-        let seq = tick.wrapping_add(*apart);
-        TopicRead {
-            message: MessageId {
-                topic: *topic as usize,
-                seq,
-            },
-            reader: *reader as usize,
-            newest: seq.saturating_add(*newer),
-        }
-    });
-    Some(reads.collect())
+    Some(
+        reads
+            .iter()
+            .map(|[topic, apart, reader, newer]| {
+                let seq = tick.wrapping_add(*apart);
+                TopicRead {
+                    message: MessageId {
+                        topic: *topic as usize,
+                        seq,
+                    },
+                    reader: *reader as usize,
+                    newest: seq.saturating_add(*newer),
+                }
+            })
+            .collect(),
+    )
 }
 
 impl Series for Rows {

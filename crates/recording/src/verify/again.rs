@@ -124,11 +124,12 @@ fn follow(
     }
 }
 
-/// The run of `recording`, prepared to be executed again with `config`.
+/// Returns the run of `recording`, prepared to be executed again with `config`.
 pub fn prepare(
     recording: &Recording,
     system: &Arc<dyn System>,
-    (config, answers): (Config, AnswersOfNodes),
+    config: Config,
+    answers: AnswersOfNodes,
     rerun: Option<&Rerun>,
 ) -> Result<Experiment, BuildError> {
     let config = with_tables(config)?;
@@ -154,13 +155,13 @@ pub fn compare(
         ..config.clone()
     };
     let whole = needed.resolved(&**system)?.setup;
-    let experiment = prepare(recording, system, (config, answers), rerun.as_ref())?;
+    let experiment = prepare(recording, system, config, answers, rerun.as_ref())?;
     let observer = experiment.observer();
     let topology = &recording.origin.topology;
     let before = topology::compare(topology, &observer.topology())
         .or_else(|| left_out(&recording.origin.config.setup, &whole))
         .or_else(|| events::check(recording, threads));
-    super::judge(recording, system, threads, (before, None))?;
+    super::judge(recording, system, threads, before, None)?;
     let mut comparison = Comparison::new(recording, threads, &experiment.taps());
     let mut watcher = RunWatcher {
         observer: observer.clone(),
@@ -177,12 +178,12 @@ pub fn compare(
     if difference.is_none() && ran.diverged.is_none() {
         difference = compare_rest(&comparison, system, &observer, &ran.end);
     }
-    super::judge(recording, system, threads, (difference, ran.diverged))?;
+    super::judge(recording, system, threads, difference, ran.diverged)?;
     Ok(comparison.identical(observer.now()))
 }
 
-/// The first setting of the `whole` setup that is not `recorded`: a run records what its system
-/// sets, as well as what its user does.
+/// Returns the first setting of the `whole` setup that is not `recorded`: a run records what its
+/// system sets, as well as what its user does.
 fn left_out(recorded: &Setup, whole: &Setup) -> Option<Difference> {
     let is_recorded = |knob: &&Knob| recorded.iter().any(|known| known.is_of(knob));
     let missing = whole.iter().find(|knob| !is_recorded(knob))?;
@@ -190,7 +191,7 @@ fn left_out(recorded: &Setup, whole: &Setup) -> Option<Difference> {
     Some(Difference::new(Time::ZERO, "a setting", values))
 }
 
-/// The first difference in what is no row: an event, or the end.
+/// Returns the first difference in events or the end.
 fn compare_rest(
     comparison: &Comparison<'_>,
     system: &Arc<dyn System>,
@@ -201,7 +202,7 @@ fn compare_rest(
     let events = observer.events(0);
     events::compare(recording, &**system, gaps.complete, &events).or_else(|| {
         let recorded = recording.end_of_run().filter(|_| gaps.complete)?;
-        let end = StopReason::of(ended).end(&**system, observer);
+        let end = StopReason::from_outcome(ended).end(&**system, observer);
         let computed = RecordingEnd {
             at: end.at.max(recording.last_item()),
             // What came too fast for the recorder came again.
@@ -234,7 +235,7 @@ impl<W: FnMut(&VerifyStatus) -> ControlFlow<()>> RunWatcher<W> {
     }
 }
 
-/// `config` with the measured durations that its knobs draw from.
+/// Returns `config` with the measured durations that its knobs draw from.
 pub fn with_tables(mut config: Config) -> Result<Config, BuildError> {
     let setup = config.setup.iter().cloned();
     config.setup = setup.map(events::with_table).collect::<Result<_, _>>()?;
@@ -244,7 +245,7 @@ pub fn with_tables(mut config: Config) -> Result<Config, BuildError> {
     Ok(config)
 }
 
-/// The configuration of the new run: no longer than the recording, as a run that ended
+/// Returns the configuration of the new run: no longer than the recording, as a run that ended
 /// early may not end now.
 fn config_again(recording: &Recording) -> Config {
     let given = &recording.origin.config;

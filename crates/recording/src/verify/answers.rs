@@ -21,7 +21,7 @@ impl Recording {
         })
     }
 
-    /// The texts that its nodes were sent, each with the name of the node.
+    /// Returns the texts that its nodes were sent, each with the name of the node.
     fn messages_to_nodes(&self) -> impl Iterator<Item = (&Knob, [&str; 2])> {
         let config = &self.origin.config;
         let timed = config.knobs.iter().map(|timed| &timed.knob);
@@ -39,7 +39,8 @@ impl Recording {
         })
     }
 
-    /// What the programs behind its nodes answered. Nodes without a recorded tick have no answers.
+    /// Returns what the programs behind its nodes answered. Nodes without a recorded tick have no
+    /// answers.
     pub(super) fn answers(&self, system: &dyn System) -> AnswersOfNodes {
         let messages = self.messages_to_nodes();
         let programs = messages.filter(|(_, [node, text])| system.is_program(node, text, false));

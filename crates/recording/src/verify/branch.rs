@@ -67,8 +67,9 @@ pub fn branch(
     let build =
         |config: &Config| Experiment::again(system.clone(), config, &taken, AnswersOfNodes::new());
     let mut experiment = build(&config)?;
-    let rest = rerun.as_ref();
-    let rest = rest.and_then(|rerun| rerun.rest_before(at, config.clock));
+    let rest = rerun
+        .as_ref()
+        .and_then(|rerun| rerun.rest_before(at, config.clock));
     if let (Some(rerun), Some(_)) = (&mut rerun, rest) {
         let knobs = experiment.config().knobs.iter();
         rerun.branch(at, knobs.map(|timed| timed.knob.clone().into()).collect());
@@ -134,7 +135,7 @@ impl Clock for BranchClock {
     }
 }
 
-/// The configured end, if the run has one and is left before it.
+/// Returns the configured end, if the run has one and is left before it.
 fn end_of(recording: &Recording, at: Time) -> Time {
     match recording.origin.config.end {
         end if end > at && end < Time::MAX => end,
@@ -142,7 +143,7 @@ fn end_of(recording: &Recording, at: Time) -> Time {
     }
 }
 
-/// The commands of the virtual clock up to run time `at`, and all knobs of later.
+/// Returns the commands of the virtual clock up to run time `at`, and all knobs of later.
 fn commands(
     recording: &Recording,
     system: &dyn System,
@@ -151,8 +152,11 @@ fn commands(
 ) -> Result<Vec<TimedCommand>, VerifyError> {
     let mut commands = events::commands(recording, system, rerun)?;
     commands.retain(|timed| timed.at <= at || matches!(timed.command, Command::Set(_)));
-    let known = recording.events.iter().enumerate();
-    let known = known.filter(|(index, _)| rerun.is_some_and(|rerun| rerun.knows(*index)));
+    let known = recording
+        .events
+        .iter()
+        .enumerate()
+        .filter(|(index, _)| rerun.is_some_and(|rerun| rerun.knows(*index)));
     let later = known.filter_map(|(_, event)| event.knob().filter(|timed| timed.at > at));
     commands.extend(later.map(TimedCommand::from));
     commands.sort_by_key(|timed| timed.at);

@@ -16,7 +16,7 @@ pub struct Change {
 }
 
 impl Change {
-    /// The change by `knobs` at which a branch of `recording` of `system` left it.
+    /// Creates the change by `knobs` at which a branch of `recording` of `system` left it.
     pub fn new(recording: &Recording, system: &dyn System, at: Time, knobs: String) -> Self {
         let result = recording.result();
         Self {
@@ -26,20 +26,23 @@ impl Change {
         }
     }
 
-    /// The moment of the branch, and the one that was `asked` for if it is another.
+    /// Returns the moment of the branch, and the one that was `asked` for if it is another.
     pub fn left(&self, asked: Time) -> String {
-        match asked == self.at {
-            true => asked.to_string(),
-            false => format!("{}, the last rest of the nodes up to {asked}", self.at),
+        if asked == self.at {
+            asked.to_string()
+        } else {
+            format!("{}, the last rest of the nodes up to {asked}", self.at)
         }
     }
 
-    /// What the change made different; `branch` is the verdict of the branch, unless that
+    /// Returns what the change made different; `branch` is the verdict of the branch, unless that
     /// goes on.
     pub fn sentence(&self, branch: Option<Verdict>) -> String {
         let Self { at, knobs, .. } = self;
-        let before = self.recorded.map(|verdict| in_short(&verdict));
-        let before = before.unwrap_or_else(|| "not lost so far".to_owned());
+        let before = self
+            .recorded
+            .map(|verdict| in_short(&verdict))
+            .unwrap_or_else(|| "not lost so far".to_owned());
         match branch.map(|verdict| in_short(&verdict)) {
             Some(after) => format!("{before}; with {knobs} from {at} on: {after}"),
             None => format!("{before}; now with {knobs} from {at} on"),
@@ -47,10 +50,10 @@ impl Change {
     }
 }
 
-/// The text of a verdict inside a sentence, such as `fell at 0.580 s`.
+/// Returns the text of a verdict inside a sentence, such as `fell at 0.580 s`.
 fn in_short(verdict: &Verdict) -> String {
-    let text = verdict.to_string();
-    let text = text.split(" (").next().unwrap_or_default();
+    let whole = verdict.to_string();
+    let text = whole.split(" (").next().unwrap_or_default();
     let (word, rest) = text.split_at(text.find(' ').unwrap_or(text.len()));
     word.to_lowercase() + rest
 }

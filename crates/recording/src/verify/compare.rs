@@ -34,7 +34,7 @@ pub struct Gaps {
     may_lack: u64,
     /// Number of rows that it has lost so far.
     pub lacks: u64,
-    /// When the last of its series had begun: those that are empty had, too.
+    /// When the last of its series had begun; empty series count as begun.
     begun: Time,
 }
 
@@ -55,11 +55,14 @@ impl<'a> Comparison<'a> {
     /// clock, and the recorder may have lost some.
     pub fn new(recording: &'a Recording, threads: bool, tapped: &dyn Tapped) -> Self {
         let topology = &recording.origin.topology;
-        let topics = topology.topics.iter().zip(&recording.topics);
-        let topics = topics.map(|(topic, rows)| {
-            let fields = tapped.fields(&topic.name).unwrap_or_default();
-            RecordedSeries::new(&topic.name, fields, rows)
-        });
+        let topics = topology
+            .topics
+            .iter()
+            .zip(&recording.topics)
+            .map(|(topic, rows)| {
+                let fields = tapped.fields(&topic.name).unwrap_or_default();
+                RecordedSeries::new(&topic.name, fields, rows)
+            });
         let nodes = recording
             .nodes()
             .map(|(node, ticks)| RecordedSeries::new(&node.name, &[], ticks));
@@ -67,11 +70,11 @@ impl<'a> Comparison<'a> {
             recording,
             topics: topics.collect(),
             nodes: nodes.collect(),
-            gaps: Gaps::of(recording, threads),
+            gaps: Gaps::find(recording, threads),
         }
     }
 
-    /// The first part in which a `row` that came is not the recorded one.
+    /// Returns the first part in which a `row` that came is not the recorded one.
     pub fn row(&mut self, row: &RunRow) -> Option<Difference> {
         match row {
             RunRow::Message(topic, head, numbers) => {
@@ -85,15 +88,16 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// The earliest recorded row that did not come.
+    /// Returns the earliest recorded row that did not come.
     pub fn missing(&self) -> Option<Difference> {
         let topics = self.topics.iter().filter_map(RecordedSeries::missing);
-        let missing = topics.chain(self.nodes.iter().filter_map(RecordedSeries::missing));
-        let missing = missing.filter(|_| !self.gaps.cut);
+        let missing = topics
+            .chain(self.nodes.iter().filter_map(RecordedSeries::missing))
+            .filter(|_| !self.gaps.cut);
         missing.min_by_key(|difference| difference.at)
     }
 
-    /// What is the same, of a run that ended at `now`.
+    /// Returns what is the same, of a run that ended at `now`.
     pub fn identical(&self, now: Time) -> Identical {
         let recording = self.recording;
         let topics = recording.topics.iter().filter(|rows| !rows.is_empty());
@@ -112,16 +116,17 @@ impl<'a> Comparison<'a> {
 }
 
 impl Gaps {
-    fn of(recording: &Recording, threads: bool) -> Self {
+    fn find(recording: &Recording, threads: bool) -> Self {
         let topics = recording
             .topics
             .iter()
             .filter_map(|rows| rows.heads().first());
         let nodes = recording.ticks.iter().filter_map(|ticks| ticks.first());
         let firsts = topics.map(RecordRow::at).chain(nodes.map(RecordRow::at));
-        let complete = match threads {
-            true => order::is_whole(recording),
-            false => recording.end_of_run().is_some(),
+        let complete = if threads {
+            order::is_whole(recording)
+        } else {
+            recording.end_of_run().is_some()
         };
         Self {
             complete,
@@ -137,7 +142,7 @@ impl Gaps {
         }
     }
 
-    /// Whether `row` came before the `recorded` ones: recordings may begin later than runs.
+    /// Returns whether `row` came before the `recorded` ones: recordings may begin later than runs.
     fn has_before<R: RecordRow>(&self, recorded: &[R], row: &R) -> bool {
         match recorded.first() {
             Some(first) => row.number() < first.number(),
@@ -145,7 +150,7 @@ impl Gaps {
         }
     }
 
-    /// Whether the recorder lost `row`, which came in place of the `expected` one.
+    /// Returns whether the recorder lost `row`, which came in place of the `expected` one.
     fn has_lost<R: RecordRow>(&mut self, expected: Option<&R>, row: &R) -> bool {
         let is_other = expected.map_or(self.complete, |next| row.number() < next.number());
         let lost = is_other && self.lacks < self.may_lack;
@@ -184,13 +189,14 @@ impl<'a, S: Series> RecordedSeries<'a, S> {
         self.compare([expected, row], payloads)
     }
 
-    /// The first recorded row that did not come.
+    /// Returns the first recorded row that did not come.
     fn missing(&self) -> Option<Difference> {
         let row = self.series.rows().get(self.same)?;
         Some(self.lone(row, true))
     }
 
-    /// A row that is recorded and does not come, or else one that comes and is not recorded.
+    /// Returns a row that is recorded and does not come, or else one that comes and is not
+    /// recorded.
     fn lone(&self, row: &S::Row, is_recorded: bool) -> Difference {
         let mut values = [format!("a {}", S::Row::KIND), "none".to_owned()];
         if !is_recorded {
@@ -199,11 +205,13 @@ impl<'a, S: Series> RecordedSeries<'a, S> {
         self.differs(row, "", values)
     }
 
-    /// The first part in which a recorded row with its payload is not the computed one.
+    /// Returns the first part in which a recorded row with its payload is not the computed one.
     fn compare(&self, rows: [&S::Row; 2], payloads: [&[f64]; 2]) -> Option<Difference> {
         let [recorded, computed] = rows.map(RecordRow::cells);
-        let columns = S::Row::COLUMNS.iter().enumerate();
-        let mut columns = columns.filter(|(_, column)| self.rare || !column.is_rare());
+        let mut columns = S::Row::COLUMNS
+            .iter()
+            .enumerate()
+            .filter(|(_, column)| self.rare || !column.is_rare());
         let differs = |(index, column): &(usize, &RecordColumn)| {
             column.differs(recorded[*index], computed[*index])
         };

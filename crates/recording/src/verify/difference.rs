@@ -20,28 +20,28 @@ pub struct Difference {
 impl Difference {
     /// Of what was `recorded` and is `computed`, at run time `at`.
     pub fn new(at: Time, what: impl Into<String>, [recorded, computed]: [String; 2]) -> Self {
-        let what = what.into();
         Self {
             at,
-            what,
+            what: what.into(),
             recorded,
             computed,
         }
     }
 
-    /// The first of `parts` that is not as it was recorded.
+    /// Returns the first of `parts` that is not as it was recorded.
     pub fn first(parts: impl IntoIterator<Item = Self>) -> Option<Self> {
-        let mut parts = parts.into_iter();
-        parts.find(|part| part.recorded != part.computed)
+        parts
+            .into_iter()
+            .find(|part| part.recorded != part.computed)
     }
 }
 
-/// A run time to the nanosecond.
+/// Returns a run time to the nanosecond.
 pub fn nanos(time: Time) -> String {
     format!("{} ns", time.as_nanos())
 }
 
-/// A number to the bit.
+/// Returns a number to the bit.
 pub fn bits(value: f64) -> String {
     format!("{value:?} ({:#018x})", value.to_bits())
 }

@@ -23,7 +23,7 @@ const PARTS: [(&str, ToldPart); 7] = [
     ("what came too fast", |end| end.lost.to_string()),
 ];
 
-/// The first part of the end of a run of the graph `topology` that is not the same.
+/// Returns the first part of the end of a run of the graph `topology` that is not the same.
 pub fn compare(ends: [&RecordingEnd; 2], topology: &Topology) -> Option<Difference> {
     let at = ends[0].at;
     let parts = PARTS.map(|(what, told)| Difference::new(at, what, ends.map(told)));
@@ -55,8 +55,8 @@ fn status(end: &RecordingEnd) -> String {
 
 fn finals(run: &RunResult) -> String {
     let finals = run.finals.iter().map(|(name, value)| {
-        let value = value.map_or("none".to_owned(), bits);
-        format!("{name} {value}")
+        let value_text = value.map_or("none".to_owned(), bits);
+        format!("{name} {value_text}")
     });
     finals.collect::<Vec<_>>().join(", ")
 }

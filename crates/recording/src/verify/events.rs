@@ -10,8 +10,8 @@ use ratelab_study::system::{BuildError, System};
 use super::difference::Difference;
 use crate::{durations::with_durations, run::Recording};
 
-/// The commands to give again: those that changed the graph, and those that the
-/// graph refused and will refuse again.
+/// Returns the commands to give again: commands that changed the graph, and commands that the graph
+/// refused and will refuse again.
 ///
 /// # Errors
 /// [`BuildError::Setting`] if durations that a knob draws from cannot be had.
@@ -22,9 +22,11 @@ pub fn commands(
 ) -> Result<Vec<TimedCommand>, BuildError> {
     // A log of threads counts the events of a damaged file too.
     let threads = recording.threads.as_ref().filter(|_| rerun.is_some());
-    let events = threads.map_or(&recording.events, |threads| &threads.events);
-    let events = events.iter().enumerate();
-    let events = events.filter(|(index, _)| rerun.is_none_or(|rerun| !rerun.knows(*index)));
+    let events = threads
+        .map_or(&recording.events, |threads| &threads.events)
+        .iter()
+        .enumerate()
+        .filter(|(index, _)| rerun.is_none_or(|rerun| !rerun.knows(*index)));
     let commands = events.filter_map(|(_, event)| {
         let again = match &event.what {
             EventKind::Applied {
@@ -55,7 +57,7 @@ pub fn load_table(command: &mut Command) -> Result<(), BuildError> {
     Ok(())
 }
 
-/// `knob` with the measured durations that it draws from.
+/// Returns `knob` with the measured durations that it draws from.
 ///
 /// # Errors
 /// [`BuildError::Setting`] if they cannot be had.
@@ -63,8 +65,8 @@ pub fn with_table(knob: Knob) -> Result<Knob, BuildError> {
     with_durations(knob).map_err(BuildError::Setting)
 }
 
-/// Whether the graph alone decides what becomes of `command`. Of files it may be
-/// another thing today, and commands of the other clock change it.
+/// Returns whether the graph alone decides what becomes of `command`. Of files it may be another
+/// thing today, and commands of the other clock change it.
 fn is_up_to_the_graph(system: &dyn System, command: &Command) -> bool {
     match command {
         Command::Set(_) => !names_a_file(system, command),
@@ -72,7 +74,7 @@ fn is_up_to_the_graph(system: &dyn System, command: &Command) -> bool {
     }
 }
 
-/// Whether the content of a file decides what becomes of `command`.
+/// Returns whether the content of a file decides what becomes of `command`.
 pub fn names_a_file(system: &dyn System, command: &Command) -> bool {
     match command {
         Command::Set(Knob::Send { node, text }) => system.file(node, text).is_some(),
@@ -80,8 +82,8 @@ pub fn names_a_file(system: &dyn System, command: &Command) -> bool {
     }
 }
 
-/// Whether `event` comes of running the run again: pauses and speeds are the
-/// wall's, and why a file was refused is up to the file.
+/// Returns whether `event` comes of running the run again: pauses and speeds are the wall's, and
+/// why a file was refused is up to the file.
 fn comes_again(system: &dyn System, event: &Event) -> bool {
     match &event.what {
         EventKind::Applied { command, .. } => !paces(command),
@@ -92,7 +94,7 @@ fn comes_again(system: &dyn System, event: &Event) -> bool {
     }
 }
 
-/// Whether `command` merely changes how run time passes.
+/// Returns whether `command` merely changes how run time passes.
 fn paces(command: &Command) -> bool {
     matches!(
         command,
@@ -100,9 +102,8 @@ fn paces(command: &Command) -> bool {
     )
 }
 
-/// The first thing in what was recorded that no run can have: an event before the
-/// one before it, a speed that was not the last one, a knob that was given and
-/// never turned.
+/// Returns the first thing in what was recorded that no run can have: an event before the one
+/// before it, a speed that was not the last one, a knob that was given and never turned.
 ///
 /// Of a run with `threads` the log has the order, which is not that of time.
 pub fn check(recording: &Recording, threads: bool) -> Option<Difference> {
@@ -123,19 +124,20 @@ pub fn check(recording: &Recording, threads: bool) -> Option<Difference> {
             _ => continue,
         };
         if *was != before {
-            let before = before.map_or("none".to_owned(), |before| format!("was {before}"));
-            return Some(differs(event.at, event.to_string(), before));
+            let was_before = before.map_or("none".to_owned(), |before| format!("was {before}"));
+            return Some(differs(event.at, event.to_string(), was_before));
         }
     }
-    match threads {
+    if threads {
         // The wall decides when they come, and whether a node still reads them.
-        true => None,
-        false => first_knob_left_out(recording),
+        None
+    } else {
+        first_knob_left_out(recording)
     }
 }
 
-/// The first knob of the configuration that was due in the run, and that was not turned
-/// by. Those of the last moment may have come too late.
+/// Returns the first knob of the configuration that was due in the run and was not turned. Knobs of
+/// the last moment may have come too late.
 fn first_knob_left_out(recording: &Recording) -> Option<Difference> {
     let knobs = recording.origin.config.knobs.iter().cloned();
     let mut given: Vec<TimedCommand> = knobs.map(TimedCommand::from).collect();
@@ -161,8 +163,8 @@ fn first_knob_left_out(recording: &Recording) -> Option<Difference> {
     ))
 }
 
-/// The first event that did not come again as it was recorded. Of a run whose
-/// recording is not `complete`, those of its last moment may be missing.
+/// Returns the first event that did not come again as it was recorded. If the recording is not
+/// `complete`, events of its last moment may be missing.
 pub fn compare(
     recording: &Recording,
     system: &dyn System,

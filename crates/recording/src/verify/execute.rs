@@ -45,7 +45,7 @@ impl Execution {
             ..recording.origin.config.clone()
         };
         Ok(Self {
-            experiment: again::prepare(&recording, system, (config, answers), rerun.as_ref())?,
+            experiment: again::prepare(&recording, system, config, answers, rerun.as_ref())?,
             recording,
             system: system.clone(),
             rerun,
@@ -96,7 +96,7 @@ impl Execution {
         let ran = again::run_again(experiment, rerun, keep, || ControlFlow::Continue(()));
         let missing = || comparison.missing().filter(|_| compares);
         let difference = ran.difference.or_else(missing);
-        super::judge(&recording, &system, threads, (difference, ran.diverged))?;
+        super::judge(&recording, &system, threads, difference, ran.diverged)?;
         let recording = Arc::new(recording.with_rows(rows));
         Ok(Executed {
             recording,
@@ -122,7 +122,7 @@ impl Held {
         self.watch.allow(operations);
     }
 
-    /// The number of operations done; `None` before all nodes are at rest there.
+    /// Returns the number of operations done; `None` before all nodes are at rest there.
     pub fn done(&self) -> Option<usize> {
         self.watch.held()
     }

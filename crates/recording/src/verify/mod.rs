@@ -1,4 +1,4 @@
-//! Runs a recorded run again and compares, bit for bit.
+//! Runs a recorded run again and compares the two bit for bit.
 
 mod again;
 mod answers;
@@ -28,7 +28,7 @@ use crate::run::{Origin, Recording};
 
 /// Why a run of the real clock does not come back, most likely.
 const LIKELY: &str =
-    "its nodes share something that is no topic, read a clock, or a file was changed";
+    "its nodes share something that is not a topic, read a clock, or a file was changed";
 
 /// Why a recording cannot be run again, or is not what comes of it.
 #[derive(Debug, Error)]
@@ -112,7 +112,7 @@ pub enum VerifyError {
 }
 
 impl VerifyError {
-    /// The reason in a few words.
+    /// Returns the reason in a few words.
     pub fn brief(&self) -> &'static str {
         match self {
             Self::OtherSystem { .. } => "it is of another system",
@@ -184,7 +184,7 @@ fn thousands(number: usize) -> String {
 pub struct VerifyWith {
     /// Whether threads pause at random.
     pub perturb: bool,
-    /// Whether programs are asked again; else their answers are those of the recording.
+    /// Whether programs are asked again; else the recording answers for them.
     pub asks: bool,
 }
 
@@ -207,9 +207,10 @@ pub fn verify(
     {
         return Err(VerifyError::Nothing(defect));
     }
-    let answers = match asks {
-        true => AnswersOfNodes::new(),
-        false => recording.answers(&**system),
+    let answers = if asks {
+        AnswersOfNodes::new()
+    } else {
+        recording.answers(&**system)
     };
     let mut rerun = order::rerun(recording, &**system)?;
     if let Some(rerun) = rerun.as_mut().filter(|_| perturb) {
@@ -229,29 +230,32 @@ pub fn verify(
     }
 }
 
-/// The error for the first `difference` of a run; with `threads` it was under the real clock,
-/// and may have `diverged` from the recorded order.
+/// Returns the error for the first `difference` of a run; with `threads` it was under the real
+/// clock, and may have `diverged` from the recorded order.
 fn judge(
     recording: &Recording,
     system: &Arc<dyn System>,
     threads: bool,
-    (difference, diverged): (Option<Difference>, Option<String>),
+    difference: Option<Difference>,
+    diverged: Option<String>,
 ) -> Result<(), VerifyError> {
     let Some(difference) = difference else {
         return diverged.map_or(Ok(()), |diverged| Err(VerifyError::Diverged(diverged)));
     };
     let likely = || threads.then(|| format!("likely: {LIKELY}"));
     let made = made_elsewhere(recording, system);
-    let made = made.map(|made| format!("it was made with {made}"));
-    let reasons = diverged.or_else(likely).into_iter().chain(made);
+    let reasons = diverged
+        .or_else(likely)
+        .into_iter()
+        .chain(made.map(|made| format!("it was made with {made}")));
     Err(VerifyError::Differs {
         difference: Box::new(difference),
         why: reasons.map(|why| format!(" ({why})")).collect(),
     })
 }
 
-/// Only the program with its system can execute a run again; nobody can, where the network
-/// decided when messages of other processes came.
+/// Refuses a run of another system, and a run whose message times the network decided: neither
+/// can be executed again.
 fn refuse_foreign(recording: &Recording, system: &Arc<dyn System>) -> Result<(), VerifyError> {
     if !recording.is_of(&**system) {
         return Err(VerifyError::OtherSystem {
@@ -276,16 +280,18 @@ fn refuse_foreign(recording: &Recording, system: &Arc<dyn System>) -> Result<(),
     }
 }
 
-/// The topics that a process with the nodes `here` reads, and others publish.
+/// Returns the topics that a process with the nodes `here` reads, and others publish.
 fn from_others<'a>(graph: &'a Topology, here: &[String]) -> Vec<&'a str> {
     let is_here = |node: &usize| here.contains(&graph.nodes[*node].name);
-    let topics = graph.topics.iter();
-    let topics = topics.filter(|topic| topic.readers.iter().any(is_here));
-    let topics = topics.filter(|topic| !topic.publishers.iter().all(is_here));
+    let topics = graph
+        .topics
+        .iter()
+        .filter(|topic| topic.readers.iter().any(is_here))
+        .filter(|topic| !topic.publishers.iter().all(is_here));
     topics.map(|topic| &*topic.name).collect()
 }
 
-/// The software of the recording, if it may compute other bits than this program.
+/// Returns the software of the recording, if it may compute other bits than this program.
 fn made_elsewhere(recording: &Recording, system: &Arc<dyn System>) -> Option<String> {
     let Origin {
         config, topology, ..

@@ -23,9 +23,10 @@ pub fn rerun(recording: &Recording, system: &dyn System) -> Result<Option<Rerun>
         return Err(VerifyError::Log(damage));
     }
     let topology = &recording.origin.topology;
-    let read = match is_whole(recording) {
-        true => Rerun::new,
-        false => Rerun::of_torn,
+    let read = if is_whole(recording) {
+        Rerun::new
+    } else {
+        Rerun::from_torn
     };
     let mut rerun = read(&threads.log, &threads.events, topology)?;
     rerun.expect_refusals(|command| events::names_a_file(system, command));
@@ -35,14 +36,14 @@ pub fn rerun(recording: &Recording, system: &dyn System) -> Result<Option<Rerun>
     Ok(Some(rerun))
 }
 
-/// Whether the log goes on to the end of the run.
+/// Returns whether the log goes on to the end of the run.
 pub fn is_whole(recording: &Recording) -> bool {
     let threads = recording.threads.as_ref();
     let full = threads.is_some_and(|threads| threads.log.is_full());
     recording.is_whole() && recording.end_of_run().is_some() && !full
 }
 
-/// When a run was under the real clock.
+/// Returns when a run was under the real clock.
 fn under_the_real_clock(recording: &Recording) -> Option<&'static str> {
     let handed_over =
         |event: &Event| matches!(event.applied(), Some(Command::HandOver(ClockKind::Real)));

@@ -4,7 +4,7 @@ use ratelab::{NodeTopology, Time, TopicTopology, Topology};
 
 use super::difference::Difference;
 
-/// The first node or topic that is another one.
+/// Returns the first node or topic that is another one.
 pub fn compare(recorded: &Topology, computed: &Topology) -> Option<Difference> {
     let nodes = [recorded, computed].map(|graph| graph.nodes.iter().map(node).collect());
     let topics = [recorded, computed].map(|graph| graph.topics.iter().map(topic).collect());
@@ -12,7 +12,7 @@ pub fn compare(recorded: &Topology, computed: &Topology) -> Option<Difference> {
     Difference::first(parts)
 }
 
-/// What is recorded and what is computed, one after the other.
+/// Returns what is recorded and what is computed, one after the other.
 fn pairs(kind: &str, runs: [Vec<String>; 2]) -> impl Iterator<Item = Difference> {
     (0..runs[0].len().max(runs[1].len())).map(move |index| {
         let told = |items: &Vec<String>| items.get(index).map_or("none".to_owned(), String::clone);
@@ -34,11 +34,12 @@ fn node(node: &NodeTopology) -> String {
         group: _,
         meters,
     } = node;
-    let executor = executor.as_ref();
-    let executor = executor.map_or(String::new(), |executor| format!(", executor {executor}"));
-    let release = match triggers.is_empty() {
-        true => format!("at {hz}"),
-        false => format!("triggered by topics {triggers:?}"),
+    let named = executor.as_ref();
+    let executor = named.map_or(String::new(), |executor| format!(", executor {executor}"));
+    let release = if triggers.is_empty() {
+        format!("at {hz}")
+    } else {
+        format!("triggered by topics {triggers:?}")
     };
     format!("{name} {release}{executor}, priority {priority}, meters {meters:?}")
 }

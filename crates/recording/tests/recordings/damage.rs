@@ -67,12 +67,13 @@ fn use_it(path: &Path, bytes: &[u8]) -> Result<(), ReadError> {
 /// returns how much.
 fn use_damaged(whole: &[u8], cases: usize, mut damage: impl FnMut(&mut Vec<u8>)) -> usize {
     let (_folder, path) = file("damaged.rrd");
-    let refused = (0..cases).filter(|_| {
-        let mut bytes = whole.to_vec();
-        damage(&mut bytes);
-        use_it(&path, &bytes).is_err()
-    });
-    let refused = refused.count();
+    let refused = (0..cases)
+        .filter(|_| {
+            let mut bytes = whole.to_vec();
+            damage(&mut bytes);
+            use_it(&path, &bytes).is_err()
+        })
+        .count();
     assert!(refused >= cases / 10, "{refused} were refused");
     refused
 }
@@ -161,7 +162,7 @@ fn lengths_within_a_message_are_not_believed() {
 fn what_a_file_says_commands_no_terminal() {
     let (_folder, path) = file("run.rrd");
     let experiment = experiment(&Config::default());
-    let mut source = Source::of(&experiment);
+    let mut source = Source::for_experiment(&experiment);
     source.origin.ratelab = "1\u{1b}[2J\nverdict".to_owned();
     let recorder = Recorder::from_the_start(&mut to(&path), &source).expect("recorder");
     drop(source);

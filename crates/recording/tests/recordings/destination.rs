@@ -67,7 +67,7 @@ fn a_recording_whose_end_is_overdue_is_whole_and_says_what_it_leaves_out() {
         };
         let experiment = experiment(&with_knobs("", ""));
         let mut to = Destination::new(Some(path.clone()), format);
-        let recorder = Recorder::from_the_start(&mut to, &Source::of(&experiment));
+        let recorder = Recorder::from_the_start(&mut to, &Source::for_experiment(&experiment));
         let finished = finish(recorder.expect("a recorder"), &experiment.run());
         verify(&read(&path)).expect("identical");
         let chunks = chunks_of(&path);

@@ -82,8 +82,7 @@ impl GivenRun<'_> {
             system,
             notice: |_| {},
         };
-        let recorder = Recorder::from_the_start(&mut to(path), &source);
-        let recorder = recorder.expect("a recorder");
+        let recorder = Recorder::from_the_start(&mut to(path), &source).expect("a recorder");
         self.events.iter().for_each(|event| accounts.event(event));
         let ticks = self.ticks.into_iter();
         ticks.for_each(|(node, tick)| rows.0.offer(&RunRow::Tick(node, tick)));

@@ -34,8 +34,7 @@ fn changes(path: &Path, place: &[&str]) -> String {
         let Some(times) = chunk.timelines().get(&RUN_TIME.into()) else {
             continue;
         };
-        let states = chunk.iter_slices::<String>(state);
-        let states = states.map(|row| row.concat());
+        let states = chunk.iter_slices::<String>(state).map(|row| row.concat());
         let times = times.times_raw().iter().map(|nanos| *nanos as f64 / 1e6);
         changes.extend(times.zip(states).map(|(at, state)| match &*state {
             "" => format!("{at} -"),

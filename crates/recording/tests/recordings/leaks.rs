@@ -72,7 +72,7 @@ fn record(system: &Arc<dyn System>, path: &Path, meanwhile: impl FnOnce()) -> Fi
     let experiment = Experiment::new(system.clone(), &real(Time::MAX)).expect("experiment");
     let source = Source {
         notice: |text| NOTICES.lock().expect("open").push(text.to_owned()),
-        ..Source::of(&experiment)
+        ..Source::for_experiment(&experiment)
     };
     let recorder = Recorder::from_the_start(&mut to(path), &source).expect("a recorder");
     let (observer, commands) = (experiment.observer(), experiment.commands());
@@ -133,5 +133,5 @@ fn what_a_node_takes_from_elsewhere_makes_a_difference_with_its_likely_reasons()
     let error = verify_with(&read(&path), &system).expect_err("another run");
     let text = error.to_string();
     assert_has(&text, "/number message 0, ");
-    assert_has(&text, "no topic, read a clock, or a file was changed");
+    assert_has(&text, "not a topic, read a clock, or a file was changed");
 }

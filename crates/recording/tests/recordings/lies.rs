@@ -55,8 +55,10 @@ fn altered_fall(entity: &str, column: &str, how: impl Fn(&ArrayRef) -> ArrayRef)
 fn a_stamp_before_the_beginning_is_damage() {
     for entity in ["/topics/obs", "/nodes/sensor"] {
         let defect = altered_fall(entity, "run_time", |column| {
-            let times = column.as_primitive::<DurationNanosecondType>().values();
-            let mut times = times.to_vec();
+            let mut times = column
+                .as_primitive::<DurationNanosecondType>()
+                .values()
+                .to_vec();
             times[0] = -1;
             Arc::new(DurationNanosecondArray::from(times))
         });
@@ -199,8 +201,11 @@ fn every_part_of_the_end_and_of_the_graph_is_compared() {
         assert!(error.contains(&why), "{field} {lie}: {error}");
     }
     let angle = "end/end/Ended/finals/final_pole_angle";
-    let known = fall.outcome.as_ref().and_then(RecordingEnd::result);
-    let known = known.and_then(|end| end.finals["final_pole_angle"]);
+    let known = fall
+        .outcome
+        .as_ref()
+        .and_then(RecordingEnd::result)
+        .and_then(|end| end.finals["final_pole_angle"]);
     let next = f64::from_bits(known.expect("a figure").to_bits() ^ 1);
     let error = found(&fall, |altered| put(altered, angle, json!(next)));
     assert_has(&error, "figures of the last state");

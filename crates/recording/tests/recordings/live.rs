@@ -47,7 +47,7 @@ fn a_recording_made_midway_comes_again_with_ticks_that_take_time_and_without() {
             setup: CartPole::config(setup).expect("a setup").setup,
             ..endless(paced(10.0))
         });
-        let (source, commands) = (Source::of(&experiment), experiment.commands());
+        let (source, commands) = (Source::for_experiment(&experiment), experiment.commands());
         let run = thread::spawn(move || experiment.run());
         thread::sleep(Duration::from_millis(200));
         let recorder = Recorder::midway(&mut to(&path), &source).expect("recorder");
@@ -91,7 +91,7 @@ fn knobs_pauses_speeds_and_refusals_come_again_whenever_the_recording_begins() {
     for late in [false, true] {
         let (_folder, path) = file("live.rrd");
         let experiment = experiment(&config);
-        let (source, commands) = (Source::of(&experiment), experiment.commands());
+        let (source, commands) = (Source::for_experiment(&experiment), experiment.commands());
         let start = || Recorder::midway(&mut to(&path), &source).expect("recorder");
         let mut recorder = (!late).then(start);
         let run = thread::spawn(move || experiment.run());
@@ -120,7 +120,7 @@ fn a_file_that_vanishes_or_is_replaced_ends_its_recording_and_not_the_run() {
         let _ = new.map(|text| fs::write(&path, text).expect("written"));
         let outcome = experiment.run();
         assert_eq!(outcome.as_ref().expect("no fault").steps, 501, "{new:?}");
-        recorder.end(StopReason::of(&outcome));
+        recorder.end(StopReason::from_outcome(&outcome));
         let error = recorder.finish().expect_err("it is gone").to_string();
         assert_has(&error, "run.rrd");
         assert_has(&error, "gone from");
@@ -174,8 +174,11 @@ fn wall_time_goes_on_while_run_time_pauses() {
     finish(recorder, &run.join().expect("no panic"));
     let recording = read(&path);
     let mut events = recording.events.iter();
-    let resumed = events.find(|event| event.applied() == Some(&Command::Resume));
-    let resumed = resumed.expect("resumed").at.as_nanos() as i64;
+    let resumed = events
+        .find(|event| event.applied() == Some(&Command::Resume))
+        .expect("resumed")
+        .at
+        .as_nanos() as i64;
     let times = wall_times(&path);
     let offset = |(wall, run): &(i64, i64)| wall - run;
     let (before, after): (Vec<_>, Vec<_>) = times.iter().partition(|(_, run)| *run <= resumed);

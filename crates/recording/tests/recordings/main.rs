@@ -189,7 +189,7 @@ fn traffic(summary: &Summary) -> Vec<(String, [u64; 5], f64, bool)> {
 
 /// Ends a recording with its run.
 fn finish(recorder: Recorder, outcome: &Result<Summary, Fault>) -> FinishedRecording {
-    recorder.end(StopReason::of(outcome));
+    recorder.end(StopReason::from_outcome(outcome));
     recorder.finish().expect("recorded")
 }
 
@@ -292,7 +292,7 @@ fn to(path: &Path) -> Destination {
 
 /// Begins to record `experiment` to `path`.
 fn recorder(experiment: &Experiment, path: &Path) -> Recorder {
-    let recorder = Recorder::from_the_start(&mut to(path), &Source::of(experiment));
+    let recorder = Recorder::from_the_start(&mut to(path), &Source::for_experiment(experiment));
     recorder.expect("a recorder")
 }
 

@@ -190,8 +190,7 @@ fn a_replay_of_any_system_ends_as_its_run_did() {
 #[test]
 fn another_system_is_refused_by_both_names_and_shown_without_its_picture() {
     let (recording, _) = recorded();
-    let error = verify(&recording).expect_err("another system");
-    let error = error.to_string();
+    let error = verify(&recording).expect_err("another system").to_string();
     assert_has(&error, "\"ball\"");
     assert_has(&error, "\"cart-pole\"");
     assert_eq!(error.lines().count(), 1, "{error}");

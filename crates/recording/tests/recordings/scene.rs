@@ -171,17 +171,19 @@ fn bars_of_latency_widen_and_none_is_lost() {
     let messages = storage.take();
     let charts = chunks(&messages).filter(|chunk| *chunk.entity_path() == HISTOGRAM.into());
     let values = BarChart::descriptor_values().component;
-    let bars = charts.filter_map(|chart| {
-        let rows: Vec<TensorData> = chart
-            .iter_component(values)
-            .flat_map(|row| row.to_vec())
-            .collect();
-        match &rows.last()?.buffer {
-            TensorBuffer::U64(bars) => Some(bars.to_vec()),
-            other => panic!("{other:?}"),
-        }
-    });
-    let bars = bars.last().expect("bars");
+    let bars = charts
+        .filter_map(|chart| {
+            let rows: Vec<TensorData> = chart
+                .iter_component(values)
+                .flat_map(|row| row.to_vec())
+                .collect();
+            match &rows.last()?.buffer {
+                TensorBuffer::U64(bars) => Some(bars.to_vec()),
+                other => panic!("{other:?}"),
+            }
+        })
+        .last()
+        .expect("bars");
     // Ten milliseconds wide.
     assert_eq!((bars.len(), bars[0], bars[18]), (BINS, 3, 2));
 }
@@ -190,7 +192,7 @@ fn bars_of_latency_widen_and_none_is_lost() {
 fn the_layout_comes_with_its_activation() {
     let experiment = Experiment::new(cart_pole(), &Config::default()).expect("a plant");
     let (rec, storage) = stream();
-    blueprint::send(&rec, &Source::of(&experiment)).expect("a layout");
+    blueprint::send(&rec, &Source::for_experiment(&experiment)).expect("a layout");
     let messages = storage.take();
     let active = messages.iter().filter_map(|message| match message {
         LogMsg::BlueprintActivationCommand(command) => Some(command.blueprint_id.clone()),

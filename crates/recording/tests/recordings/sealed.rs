@@ -55,8 +55,11 @@ fn texts(messages: &[LogMsg], entity: &str) -> Vec<String> {
 
 /// The texts in the rows of a column that have one.
 fn texts_of(column: &ArrayRef) -> Vec<String> {
-    let cells = column.as_list::<i32>().iter().flatten();
-    let cells = cells.filter(|cell| !cell.is_empty());
+    let cells = column
+        .as_list::<i32>()
+        .iter()
+        .flatten()
+        .filter(|cell| !cell.is_empty());
     cells
         .map(|cell| cell.as_string::<i32>().value(0).to_owned())
         .collect()

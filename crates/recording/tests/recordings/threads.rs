@@ -32,7 +32,7 @@ fn a_session_between_the_clocks_that_was_recorded_midway_comes_again() {
     config.clock = ClockKind::Virtual;
     let experiment = experiment(&config);
     let (commands, observer) = (experiment.commands(), experiment.observer());
-    let source = Source::of(&experiment);
+    let source = Source::for_experiment(&experiment);
     let run = thread::spawn(move || experiment.run());
     let at = |seconds| {
         while observer.now() < Time::from_secs_f64(seconds).expect("a time") {

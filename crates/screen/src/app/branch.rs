@@ -10,7 +10,7 @@ use super::{
     restart::{LeftRun, Next, Start},
     run::ShownRun,
 };
-use crate::{frame::FrameData, session::Prepared};
+use crate::{frame::FrameData, key_error::KeyError, session::Prepared};
 
 impl App {
     /// Opens the prompt for the knob of a branch at the visible moment; in a branch, for
@@ -26,7 +26,7 @@ impl App {
         }
     }
 
-    /// The run so far, to be executed again; of a branch, the run that it left.
+    /// Returns the run so far, to be executed again; of a branch, the run that it left.
     fn run_to_leave(&self) -> Option<Arc<Recording>> {
         match (&self.shown.run, &self.left) {
             (ShownRun::Recorded(playback), _) => Some(playback.recording()),
@@ -37,9 +37,8 @@ impl App {
 
     /// Ends this run and starts a branch of it at run time `at`, with the knobs in `text`:
     /// at the speed and until the end of the session, or for some seconds if it is left there.
-    pub(super) fn branch(&mut self, at: Time, text: &str) -> Result<(), String> {
-        let recording = self.run_to_leave();
-        let recording = recording.ok_or("this run is gone: r starts again")?;
+    pub(super) fn branch(&mut self, at: Time, text: &str) -> Result<(), KeyError> {
+        let recording = self.run_to_leave().ok_or(KeyError::RunGone)?;
         let system = &self.setup.system;
         let departure = Departure {
             at,
@@ -47,15 +46,15 @@ impl App {
             end: Some(self.config.end).filter(|end| *end > at),
             speed: self.config.speed,
         };
-        let branch = branch(&recording, system, &departure).map_err(|error| error.to_string())?;
+        let branch = branch(&recording, system, &departure).map_err(KeyError::refused)?;
         let left = LeftRun {
             change: Change::new(&recording, &**system, branch.at, text.to_owned()),
             asked: at,
             recording,
         };
-        let prepared = Prepared::of_branch(branch, &self.setup);
+        let prepared = Prepared::for_branch(branch, &self.setup);
         let start = Start {
-            prepared: prepared.map_err(|error| error.to_string())?,
+            prepared: prepared.map_err(KeyError::refused)?,
             by_hand: false,
             left: Some(left),
         };

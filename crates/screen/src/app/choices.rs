@@ -9,7 +9,10 @@ use ratelab_study::{
 };
 
 use super::App;
-use crate::knobs::{Direction, neighbour, with_message};
+use crate::{
+    key_error::KeyError,
+    knobs::{Direction, neighbour, with_message},
+};
 
 /// The folder for files of policies.
 const FOLDER: &str = "policies";
@@ -17,7 +20,7 @@ const FOLDER: &str = "policies";
 /// Extensions of files of policies.
 const EXTENSIONS: [&str; 3] = ["pt", "safetensors", "onnx"];
 
-/// The choices: the values of the alias, the one in `config`, and the files in [`FOLDER`]
+/// Returns the choices: the values of the alias, the one in `config`, and the files in [`FOLDER`]
 /// below the current folder, if the alias accepts files.
 pub(super) fn available(system: &dyn System, config: &Config) -> Vec<String> {
     let Some((alias, node)) = sent(system) else {
@@ -32,8 +35,9 @@ pub(super) fn available(system: &dyn System, config: &Config) -> Vec<String> {
             Knob::Send { node: of, text } if of == node => Some(text.clone()),
             _ => None,
         });
-    let files = files(Path::new(FOLDER)).into_iter();
-    let files = files.filter(|file| system.file(node, file).is_some());
+    let files = files(Path::new(FOLDER))
+        .into_iter()
+        .filter(|file| system.file(node, file).is_some());
     let mut choices: Vec<String> = alias
         .choices
         .iter()
@@ -54,14 +58,14 @@ pub(super) fn available(system: &dyn System, config: &Config) -> Vec<String> {
     choices
 }
 
-/// The first alias of a message, and its node.
+/// Returns the first alias of a message, and its node.
 fn sent(system: &dyn System) -> Option<(&'static Alias, &'static str)> {
     let alias = first_alias(system, KnobKind::Send)?;
     let (_, node) = alias.knobs.first()?;
     Some((alias, node))
 }
 
-/// The files of policies in `folder`, if the folder exists.
+/// Returns the files of policies in `folder`, if the folder exists.
 fn files(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut paths: Vec<_> = entries.map(|entry| entry.path()).collect();
@@ -70,18 +74,21 @@ fn files(folder: &Path) -> Vec<String> {
         extension.is_some_and(|extension| EXTENSIONS.contains(&extension))
     });
     paths.sort();
-    let paths = paths.iter().filter_map(|path| path.to_str());
-    paths.map(str::to_owned).collect()
+    paths
+        .iter()
+        .filter_map(|path| path.to_str())
+        .map(str::to_owned)
+        .collect()
 }
 
-/// A message to `node` with the path of its file, without the digest.
+/// Returns a message to `node` with the path of its file, without the digest.
 fn unpinned(system: &dyn System, node: &str, text: &str) -> String {
     let file = system.file(node, text);
     let path = file.as_ref().and_then(|file| file.to_str());
     path.unwrap_or(text).to_owned()
 }
 
-/// `setup` with the current content of its files.
+/// Returns `setup` with the current content of its files.
 pub(super) fn as_it_is_now(system: &dyn System, setup: &Setup) -> Setup {
     let unpinned = |node: &str, text: &str| unpinned(system, node, text);
     let knobs = setup.iter().map(|knob| with_message(knob, unpinned));
@@ -103,7 +110,7 @@ impl App {
             Some((name, choice, knobs)) => {
                 // Refusals and the end of the run have a notice of their own.
                 self.notify(format!("{name} is now {choice}"));
-                self.turn(knobs.map_err(|error| error.to_string()));
+                self.turn(knobs.map_err(KeyError::refused));
             }
             None => self.notify("this system has no messages to choose from"),
         }

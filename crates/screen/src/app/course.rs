@@ -71,7 +71,7 @@ impl App {
         });
     }
 
-    /// How far the rescue by hand has come.
+    /// Returns how far the rescue by hand has come.
     fn stage(&self) -> Option<RescueStage> {
         let rescue = self.course.by_hand.as_ref()?;
         let summary = self.shown.run.summary();
@@ -111,7 +111,7 @@ impl App {
         }
     }
 
-    /// The `timeline`, without words about the cause while an exercise asks for it.
+    /// Returns the `timeline`, without words about the cause while an exercise asks for it.
     pub(super) fn cover_timeline(&self, timeline: Option<Timeline>) -> Option<Timeline> {
         let mut timeline = timeline?;
         if self.course.covered {
@@ -120,7 +120,7 @@ impl App {
         Some(timeline)
     }
 
-    /// Whether the screen may show `event`: not the fault of a run whose cause is covered.
+    /// Returns whether the screen may show `event`: not the fault of a run whose cause is covered.
     pub(super) fn may_show(&self, event: &Event) -> bool {
         let of_scene = |timed: TimedKnob| {
             let mut scene = self.shown.run.config().knobs.iter();
@@ -129,7 +129,7 @@ impl App {
         !(self.course.covered && event.knob().is_some_and(of_scene))
     }
 
-    /// Whether the last key did not yet warn `of` this: now this one does.
+    /// Returns whether the last key did not yet warn `of` this: now this one does.
     fn warns(&mut self, of: Warned) -> bool {
         self.course.warned.replace(of) != Some(of)
     }
@@ -148,7 +148,7 @@ impl App {
         });
     }
 
-    /// Ends the rescue by hand; returns its recording, if there is one.
+    /// Ends the rescue by hand; returns its recording, if any.
     fn rescue(&mut self) -> Option<PathBuf> {
         self.course.by_hand.take()?;
         self.end_recording();
@@ -223,9 +223,9 @@ impl App {
         self.visible_map().is_none() && Tour::take(&mut self.course.tour, key)
     }
 
-    /// The step of the tour, about the run in `frame`.
+    /// Returns the step of the tour, about the run in `frame`.
     pub(super) fn tour_page(&self, frame: &FrameData) -> Option<Page> {
-        let run = || Seen::of(frame, &self.wanted(), self.ended());
+        let run = || Seen::from_frame(frame, &self.wanted(), self.ended());
         let tour = self.course.tour.filter(|_| self.is_live());
         tour.map(|tour| tour.page(&run()))
     }

@@ -51,7 +51,7 @@ impl App {
                 None => self.parsed(&text).and_then(|knobs| self.try_to_turn(knobs)),
             };
             if let Err(reason) = entered {
-                self.prompt.refuse(reason);
+                self.prompt.refuse(reason.to_string());
             }
         }
         true
@@ -78,9 +78,10 @@ impl App {
 
     /// Focuses `pane`.
     pub(super) fn focus(&mut self, pane: Pane) {
-        match self.has(pane) {
-            true => self.shown.panes.focus = pane,
-            false => self.notify("this system has nothing to show there"),
+        if self.has(pane) {
+            self.shown.panes.focus = pane;
+        } else {
+            self.notify("this system has nothing to show there")
         }
     }
 
@@ -114,7 +115,7 @@ impl App {
         focus.move_topic(system, &graph, direction);
     }
 
-    /// Whether the graph can still be changed; gives notice if not.
+    /// Returns whether the graph can still be changed; gives notice if not.
     pub(super) fn alive(&mut self) -> bool {
         if self.ended() {
             self.notify("the run is over: r starts again");

@@ -8,7 +8,10 @@ use ratelab_study::{
 };
 
 use super::{App, run::ShownRun};
-use crate::knobs::{self, Direction, listed, targets};
+use crate::{
+    key_error::KeyError,
+    knobs::{self, Direction, listed, targets},
+};
 
 /// What keys turn through presets.
 pub(super) struct Dial {
@@ -18,7 +21,7 @@ pub(super) struct Dial {
     /// The value of a node or a topic, as wanted or else in force; `None` if it is random.
     value: fn(&App, &str) -> Option<f64>,
     /// The knob that sets another one.
-    knob: fn(&App, &str, f64) -> Result<Knob, String>,
+    knob: fn(&App, &str, f64) -> Result<Knob, KeyError>,
 }
 
 const RATE: Dial = Dial {
@@ -60,9 +63,9 @@ pub(super) const LOSS: Dial = Dial {
     knob: |app, topic, share| app.linked(topic, &format!("loss:{share}")),
 };
 
-fn number(kind: KnobKind, target: &str, value: f64) -> Result<Knob, String> {
+fn number(kind: KnobKind, target: &str, value: f64) -> Result<Knob, KeyError> {
     kind.set(target, &value.to_string())
-        .map_err(|error| error.to_string())
+        .map_err(KeyError::refused)
 }
 
 impl App {
@@ -117,7 +120,7 @@ impl App {
         self.turn(knobs.collect());
     }
 
-    /// The link of `topic`.
+    /// Returns the link of `topic`.
     fn link(&self, topic: &str) -> Link {
         match self.knobs.wanted().knob(KnobKind::Link, topic) {
             Some(Knob::Link { link, .. }) => link.clone(),
@@ -125,12 +128,13 @@ impl App {
         }
     }
 
-    /// The knob of that link with another `part`.
-    fn linked(&self, topic: &str, part: &str) -> Result<Knob, String> {
-        let link = self.link(topic).with(part);
-        let link = link.map_err(|error| error.to_string())?;
-        let topic = topic.to_owned();
-        Ok(Knob::Link { topic, link })
+    /// Returns the knob of that link with another `part`.
+    fn linked(&self, topic: &str, part: &str) -> Result<Knob, KeyError> {
+        let link = self.link(topic).with(part).map_err(KeyError::refused)?;
+        Ok(Knob::Link {
+            topic: topic.to_owned(),
+            link,
+        })
     }
 
     /// Turns the knob that breaks the system, or turns it back.
@@ -140,25 +144,25 @@ impl App {
         };
         let knobs = match self.parsed(broken) {
             Ok(knobs) => knobs,
-            Err(error) => return self.notify(error),
+            Err(error) => return self.notify(error.to_string()),
         };
         let wanted = self.knobs.wanted();
         let is_broken = |knob| wanted.iter().any(|turned| turned == knob);
         let before = std::mem::take(&mut self.unbroken);
-        match knobs.iter().all(is_broken) {
-            true if before.is_empty() => {
-                self.notify(format!("it was broken from the start: {broken}"));
-            }
-            true => self.turn(Ok(before)),
-            false => {
-                let before = knobs.iter().filter_map(|knob| self.as_it_is(knob));
-                self.unbroken = before.collect();
-                self.turn(Ok(knobs));
-            }
+        if !knobs.iter().all(is_broken) {
+            self.unbroken = knobs
+                .iter()
+                .filter_map(|knob| self.as_it_is(knob))
+                .collect();
+            self.turn(Ok(knobs));
+        } else if before.is_empty() {
+            self.notify(format!("it was broken from the start: {broken}"));
+        } else {
+            self.turn(Ok(before));
         }
     }
 
-    /// The current setting of the rate or depth that `knob` changes.
+    /// Returns the current setting of the rate or depth that `knob` changes.
     fn as_it_is(&self, knob: &Knob) -> Option<Knob> {
         let graph = self.shown.graph();
         let value = match knob.kind() {
@@ -170,30 +174,32 @@ impl App {
     }
 
     /// Turns knobs, or gives notice of the reason why this is impossible.
-    pub(crate) fn turn(&mut self, knobs: Result<Vec<Knob>, String>) {
+    pub(crate) fn turn(&mut self, knobs: Result<Vec<Knob>, KeyError>) {
         if let Err(reason) = knobs.and_then(|knobs| self.try_to_turn(knobs)) {
-            self.notify(reason);
+            self.notify(reason.to_string());
         }
     }
 
-    /// The knobs in `text`.
-    pub(super) fn parsed(&self, text: &str) -> Result<Vec<Knob>, String> {
+    /// Returns the knobs in `text`.
+    pub(super) fn parsed(&self, text: &str) -> Result<Vec<Knob>, KeyError> {
         let knobs = KnobText(self.system().aliases()).parse(text);
-        knobs.map_err(|error| error.to_string())
+        knobs.map_err(KeyError::refused)
     }
 
     /// Turns knobs of the running graph; they also apply to the next session.
     ///
     /// # Errors
     /// The accepted values, if one knob is invalid; no knob is turned then.
-    pub(super) fn try_to_turn(&mut self, knobs: Vec<Knob>) -> Result<(), String> {
+    pub(super) fn try_to_turn(&mut self, knobs: Vec<Knob>) -> Result<(), KeyError> {
         if let ShownRun::Remote(run) = &mut self.shown.run {
             // The process that has them checks them.
             knobs.into_iter().for_each(|knob| run.turn(knob));
             return Ok(());
         }
-        let knobs = knobs.into_iter().map(|knob| self.checked(knob));
-        let knobs: Vec<Knob> = knobs.collect::<Result<_, _>>()?;
+        let knobs = knobs
+            .into_iter()
+            .map(|knob| self.checked(knob))
+            .collect::<Result<Vec<Knob>, _>>()?;
         if self.ended() {
             return self.turn_for_the_next(knobs, "the run is over");
         }
@@ -209,12 +215,11 @@ impl App {
         Ok(())
     }
 
-    fn turn_for_the_next(&mut self, knobs: Vec<Knob>, why: &str) -> Result<(), String> {
+    fn turn_for_the_next(&mut self, knobs: Vec<Knob>, why: &str) -> Result<(), KeyError> {
         let mut next = self.wanted();
         next.setup.extend(knobs.iter().cloned());
         // No graph is running that could refuse them.
-        let built = Experiment::new(self.setup.system.clone(), &next);
-        built.map_err(|error| error.to_string())?;
+        Experiment::new(self.setup.system.clone(), &next).map_err(KeyError::refused)?;
         let turned = listed(self.system(), &knobs);
         self.knobs.running.extend(knobs);
         self.notify(format!(
@@ -223,21 +228,26 @@ impl App {
         Ok(())
     }
 
-    /// `knob` in a form the graph accepts.
-    fn checked(&self, knob: Knob) -> Result<Knob, String> {
+    /// Returns `knob` in a form the graph accepts.
+    fn checked(&self, knob: Knob) -> Result<Knob, KeyError> {
         let graph = self.shown.graph();
         let known = targets(&graph, knob.kind());
         if !known.contains(&knob.target()) {
-            let (target, known) = (knob.target(), known.join(", "));
-            let what = if knob.kind().is_of_topic() {
-                "topic"
-            } else {
-                "node"
-            };
-            return Err(format!("there is no {what} {target:?}: expected {known}"));
+            return Err(KeyError::UnknownTarget {
+                what: if knob.kind().is_of_topic() {
+                    "topic"
+                } else {
+                    "node"
+                },
+                target: knob.target().to_owned(),
+                known: known.join(", "),
+            });
         }
         let (seed, setup) = (self.config.seed, self.knobs.wanted());
-        with_durations(self.system().resolved(seed, &setup, knob)?)
+        self.system()
+            .resolved(seed, &setup, knob)
+            .and_then(with_durations)
+            .map_err(KeyError::refused)
     }
 
     /// Updates the state after the graph has obeyed a command, or refused it.
@@ -265,13 +275,13 @@ pub struct Knobs {
 }
 
 impl Knobs {
-    /// Those of a run that begins with `running`.
+    /// Creates the knobs of a run that begins with `running`.
     pub fn new(running: Setup) -> Self {
         let pending = Vec::new();
         Self { running, pending }
     }
 
-    /// The knobs of the graph with those on their way to it.
+    /// Returns the knobs of the graph, with the knobs on their way to it.
     pub fn wanted(&self) -> Setup {
         let mut wanted = self.running.clone();
         wanted.extend(self.pending.iter().cloned());
@@ -298,18 +308,20 @@ impl Knobs {
         }
     }
 
-    /// Takes `knob` from those that wait for an answer, if it is the first of its
+    /// Takes `knob` from the knobs that wait for an answer, if it is the first of its
     /// kind there. A timed knob of the same value may be taken for it: the one that
     /// a key turned then comes later, and sets that value all the same.
     fn answered(&mut self, knob: &Knob) -> bool {
-        let first = self.pending.iter().position(|other| other.is_of(knob));
-        let first = first.filter(|index| self.pending[*index] == *knob);
+        let first = self
+            .pending
+            .iter()
+            .position(|other| other.is_of(knob))
+            .filter(|index| self.pending[*index] == *knob);
         first.map(|index| self.pending.remove(index)).is_some()
     }
 }
 
-/// `config` without timed knobs: those of a session are turned once, not again at the
-/// next start.
+/// Returns `config` without timed knobs: a session turns them once, not again at the next start.
 pub(super) fn without_knobs(config: Config) -> Config {
     Config {
         knobs: Vec::new(),

@@ -38,9 +38,10 @@ impl App {
                 |answers: Answers| first.is_some_and(|of| answers.get(of.brief()).is_some());
             !Answers::load(&answers).is_ok_and(known)
         };
-        match self.map.asks_first.take().is_some_and(open) {
-            true => self.notify(MASKED),
-            false => self.open_map(),
+        if self.map.asks_first.take().is_some_and(open) {
+            self.notify(MASKED)
+        } else {
+            self.open_map()
         }
     }
 
@@ -90,7 +91,7 @@ impl App {
         self.notify(format!("no map: {why}"));
     }
 
-    /// The map, if it is in sight.
+    /// Returns the map, if it is in sight.
     pub(super) fn visible_map(&self) -> Option<&CliffMap> {
         let map = self.map.map.as_ref();
         map.filter(|_| self.map.is_open && self.is_live())

@@ -71,7 +71,7 @@ pub struct App {
     pub(super) knobs: Knobs,
     /// The knobs that undo the one that breaks the system, after that was turned.
     unbroken: Vec<Knob>,
-    /// The system's own world, if it has one.
+    /// The system's own world, if any.
     own_world: Option<WorldKind>,
     /// The choices of the keys p and P.
     choices: Vec<String>,
@@ -103,20 +103,20 @@ impl App {
             recordings,
             knobs: Knobs::new(config.setup.clone()),
             config: without_knobs(config),
-            ..Self::of(run, setup)
+            ..Self::with_run(run, setup)
         };
         app.enter_lab();
         Ok(app)
     }
 
     /// Shows the beginning of `recording`. A branch of it goes on in the lab.
-    pub fn of_recording(recording: Arc<Recording>, setup: SessionSetup) -> Self {
+    pub fn for_recording(recording: Arc<Recording>, setup: SessionSetup) -> Self {
         let system = recording.system(&setup.system);
         let notice = recording.defect();
         let playback = Playback::new(recording, &system, Vec::new());
         Self {
             notice,
-            ..Self::of(
+            ..Self::with_run(
                 ShownRun::Recorded(Box::new(playback)),
                 SessionSetup { system, ..setup },
             )
@@ -124,15 +124,15 @@ impl App {
     }
 
     /// Shows a run of other processes.
-    pub fn of_others(run: impl Remote + 'static) -> Self {
+    pub fn for_others(run: impl Remote + 'static) -> Self {
         let setup = SessionSetup::new(run.shared_system().clone(), None);
-        let mut app = Self::of(ShownRun::Remote(Box::new(run)), setup);
+        let mut app = Self::with_run(ShownRun::Remote(Box::new(run)), setup);
         app.shown.mark_first();
         app
     }
 
     /// Shows `run`; what the lab adds is empty.
-    fn of(run: ShownRun, setup: SessionSetup) -> Self {
+    fn with_run(run: ShownRun, setup: SessionSetup) -> Self {
         let mut shown = Shown::new(run);
         shown.sampler.hides_limits = setup.hides_limits;
         Self {
@@ -172,8 +172,8 @@ impl App {
         self.course.learner = config.seed;
     }
 
-    /// Ends the session, if there is one; returns its result and the recordings. A session
-    /// that failed to end before is abandoned.
+    /// Ends the session, if any; returns its result and the recordings. A session that failed
+    /// to end before is abandoned.
     pub fn finish(mut self) -> Option<LabOutcome> {
         self.leave_past();
         let ending = self.next.is_some();
@@ -275,12 +275,14 @@ impl App {
         self.shown.frames.add(frame)
     }
 
-    /// The screen; `None` before the first sample.
+    /// Returns the screen; `None` before the first sample.
     pub fn screen(&self) -> Option<ScreenState<'_>> {
         let (shown, system) = (&self.shown, self.system());
         let (frame, now) = (shown.frames.shown()?, shown.now()?);
-        let events = shown.events.iter();
-        let events = events.filter(|event| event.at <= now && self.may_show(event));
+        let events = shown
+            .events
+            .iter()
+            .filter(|event| event.at <= now && self.may_show(event));
         let events: Vec<Event> = events.cloned().collect();
         let playback = match &shown.run {
             ShownRun::Recorded(playback) => Some(&**playback),
@@ -315,7 +317,7 @@ impl App {
         })
     }
 
-    /// The table of keys that the help and the footer show.
+    /// Returns the table of keys that the help and the footer show.
     fn keys(&self) -> &'static KeyTable {
         match &self.shown.run {
             ShownRun::Live(_) if self.visible_map().is_some() => &MAP,
@@ -325,7 +327,7 @@ impl App {
         }
     }
 
-    /// Whether there is what a key needs.
+    /// Returns whether there is what a key needs.
     fn has_what(&self, needs: Need) -> bool {
         match needs {
             Need::Nothing => true,
@@ -337,12 +339,12 @@ impl App {
         }
     }
 
-    /// Whether the run is over.
+    /// Returns whether the run is over.
     pub fn ended(&self) -> bool {
         self.shown.run.summary().is_some()
     }
 
-    /// The settings wanted by the user, which apply to the next session.
+    /// Returns the settings wanted by the user, which apply to the next session.
     pub fn wanted(&self) -> Config {
         Config {
             setup: self.knobs.wanted(),
@@ -363,7 +365,7 @@ impl App {
         matches!(self.shown.run, ShownRun::Live(_))
     }
 
-    /// The run here, if it is shown.
+    /// Returns the run here, if it is shown.
     fn session(&self) -> Option<&Session> {
         match &self.shown.run {
             ShownRun::Live(session) => Some(session),
@@ -371,7 +373,7 @@ impl App {
         }
     }
 
-    /// The run here so far, to be executed again; `None` at its end.
+    /// Returns the run here so far, to be executed again; `None` at its end.
     fn so_far(&self) -> Option<Arc<Recording>> {
         self.session()?.so_far().map(Arc::new)
     }

@@ -18,7 +18,7 @@ const HINTS: &[(&str, &str)] = &[
 ];
 
 impl App {
-    /// The open page, if there is one.
+    /// Returns the open page, if any.
     pub(super) fn page(&self, frame: &FrameData) -> Option<Page> {
         let Some((content, scroll)) = self.shown.panes.overlay else {
             let panel = self.course.panel.as_ref().filter(|_| self.is_live());

@@ -27,7 +27,7 @@ impl Executing {
     ///
     /// # Errors
     /// [`VerifyError`] if it cannot be executed again.
-    fn of(recording: Arc<Recording>, system: &Arc<dyn System>) -> Result<Self, VerifyError> {
+    fn start(recording: Arc<Recording>, system: &Arc<dyn System>) -> Result<Self, VerifyError> {
         let execution = Execution::new(recording.clone(), system)?;
         let (observer, until) = (execution.observer(), recording.until);
         Ok(Self {
@@ -37,13 +37,13 @@ impl Executing {
         })
     }
 
-    /// How far it is.
+    /// Returns how far it is.
     fn progress(&self) -> String {
         let now = self.observer.now();
         format!("executing the run again: {now} of {}", self.until)
     }
 
-    /// The run.
+    /// Returns the run.
     ///
     /// # Errors
     /// [`VerifyError`] if it is another run.
@@ -55,7 +55,7 @@ impl Executing {
 }
 
 impl App {
-    /// Whether the run is at rest and was under the real clock, so that it can be executed
+    /// Returns whether the run is at rest and was under the real clock, so that it can be executed
     /// again tick by tick.
     fn has_past(&self) -> bool {
         let handed_over = |event: &Event| {
@@ -91,7 +91,7 @@ impl App {
     }
 
     fn execute(&mut self, recording: Arc<Recording>, why: fn(&VerifyError) -> String) {
-        match Executing::of(recording, self.shown.run.shared_system()) {
+        match Executing::start(recording, self.shown.run.shared_system()) {
             Ok(executing) => self.executing = Some(executing),
             Err(error) => self.notify(why(&error)),
         }
@@ -158,12 +158,12 @@ impl App {
     }
 }
 
-/// The number of ticks in a recording.
+/// Returns the number of ticks in a recording.
 fn ticks(recording: &Recording) -> usize {
     recording.ticks.iter().map(Vec::len).sum()
 }
 
-/// The notice that a recording is shown as it is.
+/// Returns the notice that a recording is shown as it is.
 fn from_rows(why: &VerifyError) -> String {
     format!("shown from its rows: {}; verify prints more", why.brief())
 }

@@ -14,7 +14,7 @@ pub struct LabRecordings {
     pub destination: Destination,
     /// Whether the user wants sessions recorded.
     pub wanted: bool,
-    /// Those that are being completed.
+    /// Recorders that are being completed.
     completing: Vec<Recorder>,
     /// Complete ones.
     pub recorded: Vec<FinishedRecording>,
@@ -23,7 +23,7 @@ pub struct LabRecordings {
 }
 
 impl LabRecordings {
-    /// Recordings to `destination`, wanted if there is one.
+    /// Creates recordings to `destination`; without one they are not wanted.
     pub fn to(destination: Option<Destination>) -> Self {
         Self {
             wanted: destination.is_some(),
@@ -51,9 +51,10 @@ impl App {
         }
         if self.ended() {
             self.recordings.wanted = !self.recordings.wanted;
-            return self.notify(match self.recordings.wanted {
-                true => "the run is over: r starts one that is recorded",
-                false => "the run is over, and the next is not recorded",
+            return self.notify(if self.recordings.wanted {
+                "the run is over: r starts one that is recorded"
+            } else {
+                "the run is over, and the next is not recorded"
             });
         }
         if self.end_recording() {
@@ -74,8 +75,9 @@ impl App {
     /// Ends the recording of the session; returns whether there is one.
     pub(super) fn end_recording(&mut self) -> bool {
         let recorder = self.session().and_then(|session| session.recorder.as_ref());
-        let recorded = recorder.map(|recorder| recorder.end(StopReason::Off));
-        let recorded = recorded.is_some();
+        let recorded = recorder
+            .map(|recorder| recorder.end(StopReason::Off))
+            .is_some();
         self.recordings.wanted &= !recorded;
         recorded
     }

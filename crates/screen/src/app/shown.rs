@@ -61,12 +61,12 @@ impl Shown {
         self.knob_focus = KnobFocus::new(self.run.system(), &self.graph());
     }
 
-    /// The graph and its counters.
+    /// Returns the graph and its counters.
     pub fn graph(&self) -> Snapshot {
         self.run.observer().snapshot()
     }
 
-    /// The visible moment; `None` before the first frame.
+    /// Returns the visible moment; `None` before the first frame.
     pub fn now(&self) -> Option<Time> {
         match &self.run {
             ShownRun::Recorded(playback) => Some(playback.at()),
@@ -81,22 +81,22 @@ impl Shown {
         new
     }
 
-    /// A frame of the run, and the rows that are new in it.
+    /// Returns a frame of the run, and the rows that are new in it.
     pub fn frame(&mut self) -> (FrameData, Vec<WatchedRows>) {
         let rows = self.run.new_rows();
         let frame = self.sampler.frame_data(&mut *self.run, &rows);
         (frame, rows)
     }
 
-    /// The node whose pushes the timeline shows, if there is one.
+    /// Returns the node whose pushes the timeline shows, if any.
     fn acting(&self) -> Option<usize> {
         acting(self.run.system(), self.run.lineage().topology())
     }
 
-    /// The timeline at run time `now`.
+    /// Returns the timeline at run time `now`.
     pub fn timeline(&self, now: Time) -> Option<Timeline> {
         let acts = self.acting()?;
-        let timeline = Timeline::of(self.run.lineage(), acts, self.panes.timeline, now)?;
+        let timeline = Timeline::new(self.run.lineage(), acts, self.panes.timeline, now)?;
         let planning = self.run.system().about().planning;
         let topic = planning.map_or("", |planning| planning.plans);
         Some(timeline.with_plans(topic, &self.sampler.plans.bars.lanes()))

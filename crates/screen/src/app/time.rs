@@ -23,9 +23,10 @@ impl App {
     pub(super) fn pause(&mut self) {
         if self.alive() {
             self.pause = !self.pause;
-            self.shown.run.send(match self.pause {
-                true => Command::Pause,
-                false => Command::Resume,
+            self.shown.run.send(if self.pause {
+                Command::Pause
+            } else {
+                Command::Resume
             });
         }
     }
@@ -94,14 +95,15 @@ impl App {
         };
         if self.has_speed() {
             self.config.speed = speed;
-            match self.ended() {
-                true => self.notify(format!("the run is over; r starts one at {speed}")),
-                false => self.shown.run.send(Command::Speed(speed)),
+            if self.ended() {
+                self.notify(format!("the run is over; r starts one at {speed}"))
+            } else {
+                self.shown.run.send(Command::Speed(speed))
             }
         }
     }
 
-    /// Whether the clock has an adjustable speed; gives notice if not.
+    /// Returns whether the clock has an adjustable speed; gives notice if not.
     fn has_speed(&mut self) -> bool {
         let real = self.config.clock == ClockKind::Real;
         if real {
@@ -138,7 +140,7 @@ impl App {
 
 /// A recording that is played.
 impl App {
-    /// The position in it, outside of ticks that overlap, and the sampler of what is shown.
+    /// Returns the position in it, outside of ticks that overlap, and the sampler of what is shown.
     pub(super) fn playback(&mut self) -> Option<(&mut Playback, &mut Sampler)> {
         let ShownRun::Recorded(playback) = &mut self.shown.run else {
             return None;
@@ -149,7 +151,7 @@ impl App {
     }
 
     /// Says which key plays the recording, at a speed at which it can be watched.
-    pub fn offer_to_play(&mut self) {
+    pub fn suggest_playing(&mut self) {
         if let ShownRun::Recorded(playback) = &mut self.shown.run {
             playback.slow_down_if_short();
             let speed = playback.speed;
@@ -168,9 +170,10 @@ impl App {
     /// Plays, or stands still.
     pub fn play(&mut self) {
         if let Some((playback, sampler)) = self.playback() {
-            match playback.is_playing() {
-                true => playback.rest(),
-                false => playback.play(sampler),
+            if playback.is_playing() {
+                playback.rest()
+            } else {
+                playback.play(sampler)
             }
         }
     }
@@ -221,7 +224,7 @@ impl App {
             Ok(true) => self.shown.panes.focus = Pane::Timeline,
             Ok(false) => {}
             Err(_) if self.executing.is_some() => self.notify("the run is still executed again"),
-            Err(notice) => self.notify(notice),
+            Err(notice) => self.notify(notice.to_string()),
         }
     }
 

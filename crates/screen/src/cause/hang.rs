@@ -17,8 +17,8 @@ pub struct Hang {
 }
 
 impl Hang {
-    /// The hang that `timed` causes, if it causes one.
-    pub fn of(timed: &TimedKnob) -> Option<Self> {
+    /// Returns the hang that `timed` causes, if any.
+    pub fn from_knob(timed: &TimedKnob) -> Option<Self> {
         match &timed.knob {
             Knob::Hang { node, cost } => Some(Self {
                 at: timed.at,
@@ -29,14 +29,14 @@ impl Hang {
         }
     }
 
-    /// The hangs that a run with `setup` begins with.
+    /// Returns the hangs that a run with `setup` begins with.
     pub fn at_the_start(setup: &Setup) -> Vec<Self> {
         let at = Time::ZERO;
         let knobs = setup.iter().cloned().map(|knob| TimedKnob { at, knob });
-        knobs.filter_map(|timed| Self::of(&timed)).collect()
+        knobs.filter_map(|timed| Self::from_knob(&timed)).collect()
     }
 
-    /// When it may be going on, for a node with this `period`.
+    /// Returns when it may be going on, for a node with this `period`.
     pub fn span(&self, period: Duration) -> Range<Time> {
         self.at..self.at + period + self.cost
     }

@@ -43,7 +43,7 @@ pub struct Facts<'a> {
     pub age: Option<AgeData>,
     /// The stretch of run time of that age.
     pub late: (Time, Time),
-    /// Its newest plan, if it has any.
+    /// Its newest plan, if any.
     pub plan: Option<&'a PlanData>,
     /// Its hangs.
     pub hangs: &'a [Hang],
@@ -52,35 +52,36 @@ pub struct Facts<'a> {
 }
 
 /// Number of causes that are told apart.
-const MOST_CAUSES: usize = 3;
+const MAX_CAUSES: usize = 3;
 
 /// Share of the longest interval at which another one counts as equally long.
 const AS_SLOW: f64 = 0.9;
 
 impl Facts<'_> {
-    /// The knobs that would take the causes away, the most important first.
+    /// Returns the knobs that would take the causes away, the most important first.
     pub fn cures(&self) -> Vec<Knob> {
-        let acts = acting(self.system, self.lineage.topology());
-        let acts = acts.filter(|_| self.system.lost_anyway(self.setup).is_none());
+        let acts = acting(self.system, self.lineage.topology())
+            .filter(|_| self.system.lost_anyway(self.setup).is_none());
         let causes = acts.map_or_else(Vec::new, |acts| self.causes(acts));
         causes.into_iter().map(|(_, cure)| cure).collect()
     }
 
-    /// The knobs that were turned since the start, as far as they are in force.
+    /// Returns the knobs that were turned since the start, as far as they are in force.
     pub fn turned(&self) -> Setup {
         let knobs = self.commands.iter();
         knobs.map(|timed| timed.knob.clone()).collect()
     }
 
-    /// What the nodes are asked for beyond their time, with the knobs in force and one `more`.
+    /// Returns what the nodes are asked for beyond their time, with the knobs in force and one
+    /// `more`.
     pub fn overloads(&self, more: Option<Knob>) -> Vec<String> {
         let mut setup = self.system.about().setup();
         setup.extend(self.setup.iter().cloned().chain(more));
         self.system.warnings(&setup)
     }
 
-    /// The cause of the loss and its cure, in short lines; empty for a system without an age.
-    /// What was `tried` is what the [cures](Self::cures) did.
+    /// Returns the cause of the loss and its cure, in short lines; empty for a system without an
+    /// age. What was `tried` is what the [cures](Self::cures) did.
     pub fn cause(&self, tried: Option<&Tried>) -> Vec<String> {
         let Some(acts) = acting(self.system, self.lineage.topology()) else {
             return Vec::new();
@@ -114,11 +115,11 @@ impl Facts<'_> {
         lines
     }
 
-    /// The owners of the age with a knob that takes their part away, the most important
+    /// Returns the owners of the age with a knob that takes their part away, the most important
     /// first, and then what spoils a run at any age.
     fn causes(&self, acts: usize) -> Vec<(AgeOwner, Knob)> {
         let mut owners = self.main_owners(acts);
-        let most = owners.len().max(MOST_CAUSES);
+        let most = owners.len().max(MAX_CAUSES);
         if self.fresh().is_none() {
             let others = self.owners(acts).into_iter().map(|(owner, _)| owner);
             owners.extend(others);
@@ -135,8 +136,8 @@ impl Facts<'_> {
         causes
     }
 
-    /// Those that plan badly, or else the owner of the largest part of an age; for a slow node,
-    /// also the nodes that are equally slow.
+    /// Returns the owners that plan badly, or else the owner of the largest part of an age; for a
+    /// slow node, also the nodes that are equally slow.
     fn main_owners(&self, acts: usize) -> Vec<AgeOwner> {
         let planners = self.planners();
         if !planners.is_empty() || self.fresh().is_some() {
@@ -183,7 +184,7 @@ impl Facts<'_> {
         }
     }
 
-    /// The key for another message, where there are several to choose from.
+    /// Returns the key for another message, where there are several to choose from.
     fn another(&self) -> &'static str {
         match self.choice() {
             Some(_) if self.live => ". p takes another",
@@ -191,13 +192,13 @@ impl Facts<'_> {
         }
     }
 
-    /// The alias of the messages to choose from.
+    /// Returns the alias of the messages to choose from.
     fn choice(&self) -> Option<&'static Alias> {
         let alias = names::first_alias(self.system, KnobKind::Send);
         alias.filter(|alias| !alias.choices.is_empty())
     }
 
-    /// The age of readings, beside the limit of the loop.
+    /// Returns the age of readings, beside the limit of the loop.
     fn how_old(&self) -> Option<String> {
         let age = self.age?;
         let (greatest, mean) = (ms(age.greatest), number(age.mean));
@@ -208,20 +209,22 @@ impl Facts<'_> {
         };
         let text = format!("pushes used readings up to {greatest} old, {mean} on average{known}");
         Some(match age.limit_text(number) {
-            Some(limit) => format!("{text}; this loop bears {limit}"),
+            Some(limit) => format!("{text}; its limit is {limit}"),
             None => text,
         })
     }
 
-    /// The symptom at the queue of a slow node.
+    /// Returns the symptom at the queue of a slow node.
     fn symptom(&self, owner: AgeOwner) -> Option<String> {
         let (AgeOwner::Rate(node) | AgeOwner::Stage(AgeStage::Cost(node))) = owner else {
             return None;
         };
         let mut topics = self.graph.topics.iter();
         let input = topics.find(|topic| topic.readers.iter().any(|r| r.node == node))?;
-        let input_period = input.publishers.iter();
-        let input_period = input_period.map(|node| self.graph.nodes[*node].hz.period());
+        let input_period = input
+            .publishers
+            .iter()
+            .map(|node| self.graph.nodes[*node].hz.period());
         let slower = input_period.min()? < self.graph.nodes[node].hz.period();
         match (input.dropped(), input.depth.get()) {
             (0, 1) => None,
@@ -233,7 +236,7 @@ impl Facts<'_> {
     }
 }
 
-/// A line for each main owner, and for each other cause without which it is not mended.
+/// Returns a line for each main owner, and for each other cause without which it is not mended.
 fn lines(
     owners: &[AgeOwner],
     needed: &[AgeOwner],
@@ -250,7 +253,7 @@ fn lines(
     owners.iter().chain(others).enumerate().map(line).collect()
 }
 
-/// The stretch of run time whose `age` is explained; without an age the latest one.
+/// Returns the stretch of run time whose `age` is explained; without an age the latest one.
 pub fn late(
     system: &dyn System,
     graph: &Snapshot,
@@ -264,8 +267,8 @@ pub fn late(
     }
 }
 
-/// The last second of a run, or the last two periods of the slowest node on the path to
-/// `acts` if those are longer; never before the first push.
+/// Returns the last second of a run, or the last two periods of the slowest node on the path to
+/// `acts` if that is longer; never before the first push.
 fn latest(graph: &Snapshot, lineage: &Lineage, acts: usize) -> (Time, Time) {
     let path = before(lineage, acts).into_iter();
     let periods = path.map(|node| graph.nodes[node].hz.period());
@@ -274,7 +277,7 @@ fn latest(graph: &Snapshot, lineage: &Lineage, acts: usize) -> (Time, Time) {
     (from.max(lineage.first_push(acts)), graph.now)
 }
 
-/// The nodes whose messages reach the one that acts, in the order in which they were added.
+/// Returns the nodes whose messages reach the one that acts, in the order in which they were added.
 fn before(lineage: &Lineage, acts: usize) -> Vec<usize> {
     let mut path = upstream(lineage.topology(), acts);
     path.remove(0);

@@ -10,7 +10,7 @@ use super::{AgeOwner, Facts, Hang};
 use crate::figures::mean;
 
 impl Facts<'_> {
-    /// The owners of the push age of `node`, each with its mean part, the largest first.
+    /// Returns the owners of the push age of `node`, each with its mean part, the largest first.
     pub fn owners(&self, node: usize) -> Vec<(AgeOwner, Duration)> {
         let mut owners: Vec<(AgeOwner, f64)> = Vec::new();
         for (stage, ns) in mean_parts(self.lineage, node, self.late.0, self.late.1) {
@@ -30,7 +30,7 @@ impl Facts<'_> {
             .collect()
     }
 
-    /// The owner of a part; `None` where it is unknown.
+    /// Returns the owner of a part; `None` where it is unknown.
     fn owner(&self, stage: AgeStage, ns: f64) -> Option<AgeOwner> {
         Some(match stage {
             AgeStage::Before => return None,
@@ -44,7 +44,7 @@ impl Facts<'_> {
         })
     }
 
-    /// The owner of a mean gap of `ns` nanoseconds without a newer message on a topic.
+    /// Returns the owner of a mean gap of `ns` nanoseconds without a newer message on a topic.
     fn silent(&self, topic: usize, ns: f64) -> AgeOwner {
         let publishers = &self.graph.topics[topic].publishers;
         let Some(&node) = publishers.first() else {
@@ -61,7 +61,7 @@ impl Facts<'_> {
         }
     }
 
-    /// The owner of the low tick rate of a node; `waiting` if a message is in its queue.
+    /// Returns the owner of the low tick rate of a node; `waiting` if a message is in its queue.
     fn slow(&self, node: usize, waiting: bool) -> AgeOwner {
         let view = &self.graph.nodes[node];
         let (busy, late) = (self.busy(node), self.lateness(node));
@@ -83,7 +83,7 @@ impl Facts<'_> {
         }
     }
 
-    /// The owner of the late ticks of a node.
+    /// Returns the owner of the late ticks of a node.
     fn late(&self, node: usize) -> AgeOwner {
         match self.graph.nodes[node].executor {
             Some(_) => AgeOwner::Stage(AgeStage::Executor(node)),
@@ -91,7 +91,7 @@ impl Facts<'_> {
         }
     }
 
-    /// The owner of the long ticks of a node.
+    /// Returns the owner of the long ticks of a node.
     fn long(&self, node: usize) -> AgeOwner {
         match self.hang(node) {
             Some(hung) if hung * 2 > self.busy(node).min(self.time()) => AgeOwner::Hang(node),
@@ -99,7 +99,7 @@ impl Facts<'_> {
         }
     }
 
-    /// The duration of the longest recent hang of a node.
+    /// Returns the duration of the longest recent hang of a node.
     pub fn hang(&self, node: usize) -> Option<Duration> {
         let view = &self.graph.nodes[node];
         let recent = |hang: &&Hang| {
@@ -110,7 +110,7 @@ impl Facts<'_> {
         recent.map(|hang| hang.cost).max()
     }
 
-    /// Why nothing came through, from the sensing on: the nodes and topics of `path` that
+    /// Returns why nothing came through, from the sensing on: the nodes and topics of `path` that
     /// stand in the way.
     pub fn unreached(&self, path: &[usize]) -> Vec<AgeOwner> {
         let nodes = path.iter().filter_map(|node| {
@@ -131,7 +131,7 @@ impl Facts<'_> {
             .collect()
     }
 
-    /// How many of a topic's recent messages were lost on its link, and of how many.
+    /// Returns how many of a topic's recent messages were lost on its link, and of how many.
     pub fn lost(&self, topic: usize) -> (usize, usize) {
         let lost = self.recent(topic).filter(|sent| sent.arrives.is_none());
         (lost.count(), self.recent(topic).count())
@@ -145,13 +145,13 @@ impl Facts<'_> {
         mean(delays).unwrap_or_default()
     }
 
-    /// Whether the link of a topic recently delayed or lost a message.
+    /// Returns whether the link of a topic recently delayed or lost a message.
     fn has_link(&self, topic: usize) -> bool {
         let mut sent = self.recent(topic);
         sent.any(|sent| sent.arrives != Some(sent.at))
     }
 
-    /// The recently published messages of a topic.
+    /// Returns the recently published messages of a topic.
     fn recent(&self, topic: usize) -> impl Iterator<Item = &Head> {
         let recent = |sent: &&Head| sent.at > self.late.0;
         let sent = self.lineage.sent(topic).rev();
@@ -168,7 +168,7 @@ impl Facts<'_> {
         }
     }
 
-    /// The period of a node, or the recent mean interval between its ticks if that is much
+    /// Returns the period of a node, or the recent mean interval between its ticks if that is much
     /// longer, as just after a change of its rate.
     pub fn pace(&self, node: usize) -> Duration {
         let (period, interval) = (self.graph.nodes[node].hz.period(), self.interval(node));
@@ -179,7 +179,7 @@ impl Facts<'_> {
         }
     }
 
-    /// When the rate of a node was set, if that was within the stretch.
+    /// Returns when the rate of a node was set, if that was within the stretch.
     pub fn rate_changed(&self, node: usize) -> Option<Time> {
         let name = &*self.graph.nodes[node].name;
         let of_node =
@@ -188,7 +188,7 @@ impl Facts<'_> {
         last.map(|timed| timed.at).filter(|at| *at > self.late.0)
     }
 
-    /// The recent ticks of a node.
+    /// Returns the recent ticks of a node.
     fn ticks(&self, node: usize) -> impl Iterator<Item = &TracedTick> {
         let ticks = self.lineage.ticks(node).rev();
         ticks
@@ -212,13 +212,14 @@ impl Facts<'_> {
         let last = self.ticks(node).next().map(ends);
         let now = self.graph.nodes[node].busy;
         let since = self.begun(node, last.unwrap_or(self.late.0));
-        match now {
-            true => busy + self.late.1.since(since),
-            false => busy,
+        if now {
+            busy + self.late.1.since(since)
+        } else {
+            busy
         }
     }
 
-    /// The begin of the tick in progress of a node whose last one ended at `last`.
+    /// Returns the start of the tick in progress of a node whose last one ended at `last`.
     fn begun(&self, node: usize, last: Time) -> Time {
         let view = &self.graph.nodes[node];
         if view.triggers.is_empty() {
@@ -242,7 +243,7 @@ impl Facts<'_> {
         mean(late).unwrap_or_default()
     }
 
-    /// Length of the stretch.
+    /// Returns the length of the stretch.
     pub fn time(&self) -> Duration {
         self.late.1.since(self.late.0)
     }

@@ -5,7 +5,7 @@ use ratelab_study::system::Spoiler;
 use super::{AgeOwner, Facts};
 
 impl Facts<'_> {
-    /// What may be wrong with the plans and their playing; nothing without plans.
+    /// Returns what may be wrong with the plans and their playing; nothing without plans.
     pub(super) fn planners(&self) -> Vec<AgeOwner> {
         let Some((plan, planning)) = self.plan.zip(self.system.about().planning) else {
             return Vec::new();
@@ -20,11 +20,15 @@ impl Facts<'_> {
         let stalls = plan.stalled.is_some_and(|at| self.late.0 < at);
         let stall = publisher(planning.steps).filter(|_| stalls);
         let misses = plan.missed.map(|_| AgeOwner::Delay(plans));
-        let stall = stall.map(AgeOwner::Stall).into_iter();
-        stall.chain(self.spoiled()).chain(misses).collect()
+        stall
+            .map(AgeOwner::Stall)
+            .into_iter()
+            .chain(self.spoiled())
+            .chain(misses)
+            .collect()
     }
 
-    /// The parameters in force that may spoil the run.
+    /// Returns the parameters in force that may spoil the run.
     pub(super) fn spoiled(&self) -> Vec<AgeOwner> {
         let spoilers = self.system.about().spoilers.iter().enumerate();
         let wrong = spoilers.filter(|(_, spoiler)| self.value(spoiler) != spoiler.sound);
@@ -35,7 +39,7 @@ impl Facts<'_> {
         wrong.filter_map(owner).collect()
     }
 
-    /// The value of a parameter in force; without plans a sound one, if none is set.
+    /// Returns the value of a parameter in force; without plans a sound one, if none is set.
     pub(super) fn value(&self, spoiler: &Spoiler) -> &str {
         let unset = self.plan.map_or(spoiler.sound, |_| spoiler.usual);
         let set = self.setup.parameter(spoiler.node, spoiler.name);

@@ -19,7 +19,7 @@ const ENOUGH: usize = 100;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AgeOwner {
     /// What makes data old at a stage by itself: long ticks, an executor, a link, a queue that is read
-    /// from its old end, messages that come late for those that they match.
+    /// from its old end, messages that come later than their matches.
     Stage(AgeStage),
     /// A node has too low a rate.
     Rate(usize),
@@ -51,7 +51,7 @@ pub enum AgeOwner {
 type CauseRule = (Option<&'static str>, fn(&Facts<'_>, AgeOwner) -> String);
 
 impl AgeOwner {
-    /// The index of its node, or of its topic.
+    /// Returns the index of its node, or of its topic.
     pub(super) fn place(self) -> usize {
         match self {
             Self::Stage(stage) => stage.place(),
@@ -67,7 +67,7 @@ impl AgeOwner {
         }
     }
 
-    /// Whether plans may be wrong for it, which a trial alone can tell.
+    /// Returns whether plans may be wrong for it, which a trial alone can tell.
     pub(super) fn is_of_plans(self) -> bool {
         matches!(self, Self::Stall(_) | Self::Delay(_) | Self::Spoiler { .. })
     }
@@ -166,8 +166,11 @@ fn long_ticks(facts: &Facts<'_>, owner: AgeOwner) -> String {
 
 fn busy_executor(facts: &Facts<'_>, of: AgeOwner) -> String {
     let (name, share) = (facts.name(of), facts.share(of));
-    let executor = facts.graph.nodes[of.place()].executor.as_ref();
-    let executor = executor.map(ToString::to_string).unwrap_or_default();
+    let executor = facts.graph.nodes[of.place()]
+        .executor
+        .as_ref()
+        .map(ToString::to_string)
+        .unwrap_or_default();
     format!(
         "the age arose as the {name} waits for its executor {executor}{share}: quicker nodes in it \
          help, or another executor"
@@ -196,14 +199,15 @@ fn no_action(facts: &Facts<'_>, of: AgeOwner) -> String {
     )
 }
 
-/// A crash, before the first message or after it.
+/// Returns a crash, before the first message or after it.
 fn end_of_messages(facts: &Facts<'_>, owner: AgeOwner) -> String {
     let name = facts.name(owner);
     let mut topics = facts.graph.topics.iter();
     let sent = topics.any(|topic| topic.publishers.contains(&owner.place()) && topic.published > 0);
-    match sent {
-        true => format!("the {name} crashed: its last message stays in use"),
-        false => format!("the {name} crashed before its first message"),
+    if sent {
+        format!("the {name} crashed: its last message stays in use")
+    } else {
+        format!("the {name} crashed before its first message")
     }
 }
 
@@ -219,7 +223,7 @@ fn slow_link(facts: &Facts<'_>, owner: AgeOwner) -> String {
 }
 
 impl Facts<'_> {
-    /// The name of the node or the topic of `owner`.
+    /// Returns the name of the node or the topic of `owner`.
     pub(super) fn name(&self, owner: AgeOwner) -> &str {
         match owner {
             AgeOwner::Stage(stage) => stage.owner(self.lineage.topology()),
@@ -227,7 +231,7 @@ impl Facts<'_> {
         }
     }
 
-    /// The knob that takes the part of `owner` away; `None` where there is none.
+    /// Returns the knob that takes the part of `owner` away; `None` where there is none.
     pub(super) fn cure(&self, owner: AgeOwner) -> Option<Knob> {
         let name = self.name(owner);
         let (remedy, _) = owner.rule();
@@ -262,7 +266,7 @@ impl Facts<'_> {
         }
     }
 
-    /// The rate of node `name` at the start of a usual run, if it is higher.
+    /// Returns the rate of node `name` at the start of a usual run, if it is higher.
     fn usual_rate(&self, name: &str) -> Option<Knob> {
         let mut aliases = self.system.aliases().iter();
         let alias = aliases.find(|alias| alias.knobs == [(KnobKind::Rate, name)])?;
@@ -283,12 +287,12 @@ impl Facts<'_> {
         })
     }
 
-    /// Whether `knob` was turned since the start, and is in force.
+    /// Returns whether `knob` was turned since the start, and is in force.
     pub(super) fn was_turned(&self, knob: &Knob) -> bool {
         self.turned().iter().any(|turned| turned == knob)
     }
 
-    /// The stage in which the age arose, and its cure, which has index `place` among those
+    /// Returns the stage in which the age arose, and its cure, which has index `place` in the cures
     /// that were `tried`.
     pub(super) fn blame(
         &self,
@@ -303,10 +307,13 @@ impl Facts<'_> {
                 Some(advice) => advice,
                 None => return arose,
             },
-            (_, Some(cure)) if self.was_turned(&cure) => match self.lost {
-                true => format!("{cure} came too late"),
-                false => format!("{cure} is in force now"),
-            },
+            (_, Some(cure)) if self.was_turned(&cure) => {
+                if self.lost {
+                    format!("{cure} came too late")
+                } else {
+                    format!("{cure} is in force now")
+                }
+            }
             (_, Some(cure)) => effect(&self.typed(&cure), tried, place),
             (AgeOwner::Stage(AgeStage::Cost(_)), None) => "try a faster one".to_owned(),
             (_, None) => return arose,
@@ -314,14 +321,14 @@ impl Facts<'_> {
         format!("{arose}. {advice}")
     }
 
-    /// A knob as it is typed: where keys turn knobs, with the key of the prompt.
+    /// Returns a knob as it is typed: where keys turn knobs, with the key of the prompt.
     fn typed(&self, cure: &Knob) -> String {
         let key = if self.live { ":" } else { "" };
         format!("{key}{cure}")
     }
 
-    /// How to raise the rate of the node of `owner`: by a key, or by a `cure` that was `tried`; `None`
-    /// for a node without a rate of its own.
+    /// Returns how to raise the rate of the node of `owner`: by a key, or by a `cure` that was
+    /// `tried`; `None` for a node without a rate of its own.
     fn faster(
         &self,
         owner: AgeOwner,
@@ -331,9 +338,8 @@ impl Facts<'_> {
     ) -> Option<String> {
         let name = self.name(owner);
         let (setting, key) = rate_setting(self.system, name);
-        let turned = self.turned();
-        let mut turned = turned.iter();
-        let raised = turned.any(|knob| knob.kind() == KnobKind::Rate && knob.target() == name)
+        let is_its_rate = |knob: &_| Knob::kind(knob) == KnobKind::Rate && knob.target() == name;
+        let raised = self.turned().iter().any(is_its_rate)
             && self.pace(owner.place()) > self.graph.nodes[owner.place()].hz.period();
         Some(match (key, cure) {
             _ if !self.has_time(owner.place()) => {
@@ -347,20 +353,23 @@ impl Facts<'_> {
         })
     }
 
-    /// Whether a higher rate of the node asks nothing for more than there is time for.
+    /// Returns whether a higher rate of the node asks nothing for more than there is time for.
     fn has_time(&self, node: usize) -> bool {
         let node = &self.graph.nodes[node];
         let Ok(hz) = Hz::new(node.hz.get() * 1.25) else {
             return true;
         };
-        let node = node.name.to_string();
-        self.overloads(Some(Knob::Rate { node, hz })) == self.overloads(None)
+        self.overloads(Some(Knob::Rate {
+            node: node.name.to_string(),
+            hz,
+        })) == self.overloads(None)
     }
 
-    /// The share of `owner` in the age, in parentheses.
+    /// Returns the share of `owner` in the age, in parentheses.
     fn share(&self, owner: AgeOwner) -> String {
-        let owners = acting(self.system, self.lineage.topology()).map(|acts| self.owners(acts));
-        let owners = owners.unwrap_or_default();
+        let owners = acting(self.system, self.lineage.topology())
+            .map(|acts| self.owners(acts))
+            .unwrap_or_default();
         let all: Duration = owners.iter().map(|(_, took)| *took).sum();
         let own = owners.iter().find(|(known, _)| *known == owner);
         own.filter(|_| !all.is_zero())
@@ -371,7 +380,7 @@ impl Facts<'_> {
     }
 }
 
-/// What `cure` does, which has index `place` among those that were `tried`.
+/// Returns what `cure` does, which has index `place` in the cures that were `tried`.
 fn effect(cure: &str, tried: Option<&Tried>, place: Option<usize>) -> String {
     let Some((tried, place)) = tried.zip(place) else {
         return format!("try {cure}");
@@ -379,7 +388,7 @@ fn effect(cure: &str, tried: Option<&Tried>, place: Option<usize>) -> String {
     let needed = tried.needed.as_deref();
     let helps = place == 0 && needed.is_none_or(|needed| needed.contains(&place));
     match (needed, tried.ages) {
-        (Some([only]), _) if *only == place => format!("{cure} mends it"),
+        (Some([only]), _) if *only == place => format!("{cure} fixes it"),
         (_, Some([before, after])) if helps && after < before => {
             let taken = number(before - after);
             format!("{cure} takes {taken} of {} away", ms(before))
@@ -388,23 +397,26 @@ fn effect(cure: &str, tried: Option<&Tried>, place: Option<usize>) -> String {
             format!("{cure} makes it older, by {}", ms(after - before))
         }
         (Some([_, others @ ..]), _) if others.contains(&place) => {
-            format!("{cure}, too, mends it")
+            format!("{cure}, too, fixes it")
         }
         _ => format!("{cure} alone is not enough"),
     }
 }
 
-/// What a link did to its recent messages, if it lost any: a share of a few of them says
+/// Returns what a link did to its recent messages, if it lost any: a share of a few of them says
 /// little, so that they are counted.
 fn losses((lost, sent): (usize, usize)) -> Option<String> {
     let share = || 100.0 * lost as f64 / sent as f64;
-    (lost > 0).then(|| match sent < ENOUGH {
-        true => format!("lost {lost} of {sent}"),
-        false => format!("loses {:.0} % of {sent} messages", share()),
+    (lost > 0).then(|| {
+        if sent < ENOUGH {
+            format!("lost {lost} of {sent}")
+        } else {
+            format!("loses {:.0} % of {sent} messages", share())
+        }
     })
 }
 
-/// The name of the rate of `node`, and the key that raises it.
+/// Returns the name of the rate of `node`, and the key that raises it.
 fn rate_setting(system: &dyn System, node: &str) -> (String, Option<char>) {
     let aliases = system.aliases().iter();
     let mut rates = aliases

@@ -64,7 +64,7 @@ fn knob(text: &str) -> Knob {
 
 /// The summary of a run, and the lines about its loss with the owners that they name.
 fn lost(config: &Config) -> (Summary, Vec<String>, Vec<String>) {
-    let played = Played::of(config);
+    let played = Played::play(config);
     let (cause, named) = cause(&played.graph, &played.lineage, &played.setup());
     (played.summary, cause, named)
 }
@@ -72,8 +72,8 @@ fn lost(config: &Config) -> (Summary, Vec<String>, Vec<String>) {
 /// The lines about a loss at the moment of `graph`, and its owners, such as `Rate policy`.
 fn cause(graph: &Snapshot, lineage: &Lineage, setup: &Setup) -> (Vec<String>, Vec<String>) {
     with_facts(graph, lineage, (setup, &[]), |facts| {
-        let acts = acting(facts.system, lineage.topology());
-        let acts = acts.filter(|_| facts.system.lost_anyway(setup).is_none());
+        let acts = acting(facts.system, lineage.topology())
+            .filter(|_| facts.system.lost_anyway(setup).is_none());
         let owners = acts.map(|acts| facts.main_owners(acts)).unwrap_or_default();
         let name = |owner: AgeOwner| {
             let text = format!("{owner:?}");
@@ -120,14 +120,17 @@ struct Played {
 }
 
 impl Played {
-    fn of(config: &Config) -> Self {
+    fn play(config: &Config) -> Self {
         let system: Arc<dyn System> = Arc::new(CartPole::default());
         let experiment = Experiment::new(system, config).expect("a graph");
         let (observer, mut taps) = (experiment.observer(), LineageTaps::new(&experiment));
         let summary = experiment.run().expect("no fault");
         let at = Time::ZERO;
-        let start = config.setup.iter().cloned();
-        let start = start.map(|knob| TimedKnob { at, knob });
+        let start = config
+            .setup
+            .iter()
+            .cloned()
+            .map(|knob| TimedKnob { at, knob });
         Self {
             knobs: start.chain(summary.knobs()).collect(),
             lineage: taps.update().clone(),
@@ -362,10 +365,10 @@ fn overruns_under_the_real_clock_are_blamed_on_the_long_ticks() {
 #[test]
 fn a_run_is_warned_before_it_falls_if_and_only_if_age_is_to_blame() {
     let weak = with_weak_motor(&network());
-    let others = ["own; send policy zero", "own; send policy random", &weak];
-    let others = others.map(|run| [run, ""].map(str::to_owned));
+    let others = ["own; send policy zero", "own; send policy random", &weak]
+        .map(|run| [run, ""].map(str::to_owned));
     for [run, owners] in rows(WAYS).chain(others) {
-        let played = Played::of(&way(&run));
+        let played = Played::play(&way(&run));
         let old = !owners.is_empty() && played.summary.push_age().is_some();
         assert!(played.summary.verdict.is_lost(), "{run}");
         assert_eq!(played.warned(), old, "{run}");
@@ -377,7 +380,7 @@ fn a_healthy_run_is_never_warned() {
     for policy in ["scripted", "lqr", &network()] {
         for world in ["", "own"] {
             let run = format!("{world}; seed 1; send policy {policy}");
-            assert!(!Played::of(&way(&run)).warned(), "{run}");
+            assert!(!Played::play(&way(&run)).warned(), "{run}");
         }
     }
 }
@@ -386,7 +389,7 @@ fn a_healthy_run_is_never_warned() {
 fn a_run_that_was_rescued_was_warned() {
     // As in recordings/rescued.rrd.
     let run = "0.995434574 control-hz 5; 2.116662647 control-hz 25";
-    let played = Played::of(&way(run));
+    let played = Played::play(&way(run));
     assert!(!played.summary.verdict.is_lost());
     assert!(played.warned());
 }
@@ -422,13 +425,13 @@ fn a_knob_that_was_turned_too_late_is_no_advice() {
          rate policy 4 | rate policy 50 | control-hz was raised too late",
     ) {
         let mut config = way(&format!("own; {setup}"));
-        let fell = Played::of(&config).summary.verdict.at;
+        let fell = Played::play(&config).summary.verdict.at;
         // As it falls: nothing is saved any more.
         config.knobs = vec![TimedKnob {
             at: Time::ZERO + fell.since(Time::ZERO + Duration::from_millis(20)),
             knob: knob(&later),
         }];
-        let played = Played::of(&config);
+        let played = Played::play(&config);
         assert!(played.summary.verdict.is_lost(), "{setup}");
         let knobs = (&played.setup(), &config.knobs[..]);
         let lines = with_facts(&played.graph, &played.lineage, knobs, |facts| {
@@ -447,7 +450,7 @@ fn a_rate_that_came_back_in_time_is_told_as_it_is_now_and_not_as_too_late() {
              raise control-hz",
     ) {
         let config = config(&run);
-        let played = Played::of(&config);
+        let played = Played::play(&config);
         assert!(!played.summary.verdict.is_lost(), "{run}");
         let knobs = (&played.setup(), &config.knobs[..]);
         let lines = with_facts(&played.graph, &played.lineage, knobs, |facts| {
@@ -464,7 +467,7 @@ fn a_rate_that_came_back_in_time_is_told_as_it_is_now_and_not_as_too_late() {
 /// The lines about a run that begins with `setup`, once its cures were tried.
 fn proven(setup: &str) -> Vec<String> {
     let config = way(&format!("own; {setup}"));
-    let played = Played::of(&config);
+    let played = Played::play(&config);
     assert!(played.summary.verdict.is_lost(), "{setup}");
     let system: Arc<dyn System> = Arc::new(CartPole::default());
     let trial = Trial::new(system, &config, config.setup.clone(), played.graph.now);
@@ -475,7 +478,7 @@ fn proven(setup: &str) -> Vec<String> {
             ..facts
         };
         let untried = facts.cause(None);
-        assert!(!untried.join(" ").contains("mends"), "{untried:?}");
+        assert!(!untried.join(" ").contains("fixes"), "{untried:?}");
         facts.cause(trial.run(&facts.cures()).as_ref())
     })
 }
@@ -483,13 +486,13 @@ fn proven(setup: &str) -> Vec<String> {
 #[test]
 fn only_what_was_tried_is_said_to_mend_it_and_what_is_not_enough_is_named_with_its_share() {
     for [setup, told] in rows(
-        "hang policy 3000 | one tick took 3000 ms. :hang policy 0 mends it
-         crash policy | :restart policy mends it
-         takes policy 85 | :takes policy none mends it
-         link /obs loss:1 | lost 31 of 31. :link /obs none mends it
-         link /obs delay:120; link /action delay:120 | takes 120 of ; and on /; , too, mends it
+        "hang policy 3000 | one tick took 3000 ms. :hang policy 0 fixes it
+         crash policy | :restart policy fixes it
+         takes policy 85 | :takes policy none fixes it
+         link /obs loss:1 | lost 31 of 31. :link /obs none fixes it
+         link /obs delay:120; link /action delay:120 | takes 120 of ; and on /; , too, fixes it
          crash sensor; crash policy | :restart sensor alone is not enough; policy crashed; , too, \
-             mends it",
+             fixes it",
     ) {
         let lines = proven(&setup).join("\n");
         for part in told.split("; ") {

@@ -18,7 +18,7 @@ const LENGTH: [Duration; 2] = [Duration::from_secs(10), Duration::from_secs(60)]
 pub struct Tried {
     /// The cures, the most important first.
     pub cures: Vec<Knob>,
-    /// Indices of those that are needed to mend it; `None` if all of them are not enough.
+    /// Indices of the needed cures; `None` if all of them together are not enough.
     pub needed: Option<Vec<usize>>,
     /// The age without a cure, and with the first one alone.
     pub ages: Option<[Duration; 2]>,
@@ -31,7 +31,7 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// The trial of a run of `config` at run time `now`, with `setup` in force: what the
+    /// Creates the trial of a run of `config` at run time `now`, with `setup` in force: what the
     /// next run will be.
     pub fn new(system: Arc<dyn System>, config: &Config, setup: Setup, now: Time) -> Self {
         let [least, most] = LENGTH;
@@ -80,7 +80,7 @@ impl Trial {
         })
     }
 
-    /// The run with those `cures` that have the indices in `some`.
+    /// Returns the run with the `cures` at the indices in `some`.
     fn with(&self, cures: &[Knob], some: &[usize]) -> Option<Summary> {
         let mut config = self.config.clone();
         config
@@ -98,7 +98,7 @@ type CuredRun = (Setup, WorldKind, Vec<Knob>);
 pub type CureTrials = Asked<CuredRun, Option<Tried>>;
 
 impl CureTrials {
-    /// The outcome of `trial` with `cures`, as far as known; `over` if the run has ended.
+    /// Returns the outcome of `trial` with `cures`, as far as known; `over` if the run has ended.
     pub fn follow(&mut self, trial: Trial, cures: Vec<Knob>, over: bool) -> Option<&Tried> {
         if cures.is_empty() {
             return None;

@@ -41,7 +41,7 @@ impl Fill {
         Self { made, interrupt }
     }
 
-    /// The next finished run, if there is one.
+    /// Returns the next finished run, if any.
     ///
     /// # Errors
     /// [`SweepError`] if a run failed; it is the last item.

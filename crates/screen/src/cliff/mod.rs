@@ -37,7 +37,7 @@ pub struct MapAxes {
 }
 
 impl MapAxes {
-    /// The axes with the next quantity for the columns.
+    /// Returns the axes with the next quantity for the columns.
     pub fn other_columns(self) -> Self {
         let mut numbers = (1..=quantity::COUNT).map(|step| (self.x + step) % quantity::COUNT);
         let x = numbers.find(|number| Some(*number) != self.y);
@@ -47,7 +47,7 @@ impl MapAxes {
         }
     }
 
-    /// The axes with the next quantity for the rows; seeds follow the last quantity.
+    /// Returns the axes with the next quantity for the rows; seeds follow the last quantity.
     pub fn other_rows(self) -> Self {
         let next = self.y.map_or(0, |y| y + 1);
         let y = (next..quantity::COUNT).find(|number| *number != self.x);
@@ -141,9 +141,8 @@ impl CliffMap {
         Ok(map)
     }
 
-    /// Whether the map has the conditions of `config`, apart from the seed's place in its
-    /// hundred and the values on its axes, and is over `axes` of the nodes and topics in
-    /// `focus`.
+    /// Returns whether the map has the conditions of `config`, apart from the seed's place in its
+    /// hundred and the values on its axes, and is over `axes` of the nodes and topics in `focus`.
     pub fn is_of(&self, focus: &KnobFocus, axes: MapAxes, config: &Config) -> bool {
         let (mine, theirs) = (&self.sweep.base.setup, &config.setup);
         let is_of = |quantity: &KnobQuantity| quantity.is_of(&*self.sweep.system, focus);
@@ -170,19 +169,19 @@ impl CliffMap {
         self.x.covers(now)
     }
 
-    /// Whether `setup` has all settings of `other`, apart from those on the axes.
+    /// Returns whether `setup` has all settings of `other`, apart from the axes.
     fn covers(&self, setup: &Setup, other: &Setup) -> bool {
         let same = |knob: &Knob| self.turns(knob) || setup.iter().any(|known| known == knob);
         other.iter().all(same)
     }
 
-    /// Whether `knob` is the quantity of the columns or the rows.
+    /// Returns whether `knob` is the quantity of the columns or the rows.
     fn turns(&self, knob: &Knob) -> bool {
         let mut knobs = self.knobs((0, 0));
         knobs.any(|own| own.is_of(knob))
     }
 
-    /// A description of the conditions: all settings but those on the axes.
+    /// Describes the conditions: all settings except the axes.
     pub fn conditions(&self) -> String {
         let set = self.sweep.base.setup.iter();
         let set: Vec<Knob> = set.filter(|knob| !self.turns(knob)).cloned().collect();
@@ -216,19 +215,19 @@ impl CliffMap {
         column * self.rows.len() + row
     }
 
-    /// The label of a row: a seed, or a value.
+    /// Returns the label of a row: a seed, or a value.
     pub fn row_label(&self, row: usize) -> String {
         let row = &self.rows[row];
         let value = row.value.as_ref().map(|value| value.text.clone());
         value.unwrap_or_else(|| row.seed.to_string())
     }
 
-    /// A name of the quantity of the rows, with its unit; `None` for seeds.
+    /// Returns a name of the quantity of the rows, with its unit; `None` for seeds.
     pub fn row_heading(&self) -> Option<String> {
         self.y.as_ref().map(KnobQuantity::heading)
     }
 
-    /// The common seed of all runs, if rows are a quantity.
+    /// Returns the common seed of all runs, if rows are a quantity.
     pub fn only_seed(&self) -> Option<u64> {
         self.y.as_ref().map(|_| self.rows[0].seed)
     }
@@ -253,7 +252,7 @@ impl CliffMap {
         self.at.1 = moved(self.at.1, direction, self.rows.len());
     }
 
-    /// The knobs and the seed at the cursor.
+    /// Returns the knobs and the seed at the cursor.
     pub fn chosen(&self) -> (Vec<Knob>, u64) {
         (
             self.knobs(self.at).cloned().collect(),
@@ -261,14 +260,14 @@ impl CliffMap {
         )
     }
 
-    /// The knobs of a column and a row.
+    /// Returns the knobs of a column and a row.
     fn knobs(&self, (column, row): (usize, usize)) -> impl Iterator<Item = &Knob> {
         let x = self.columns.get(column);
         let y = self.rows.get(row).and_then(|row| row.value.as_ref());
         x.into_iter().chain(y).flat_map(|value| &value.knobs)
     }
 
-    /// The result of a run, if it is finished.
+    /// Returns the result of a run, if it is finished.
     pub fn outcome(&self, column: usize, row: usize) -> Option<&CellResult> {
         self.outcomes.get(self.index(column, row))?.as_ref()
     }
@@ -288,7 +287,7 @@ impl CliffMap {
     }
 }
 
-/// `axis` ordered by distance from `now`, the nearest first.
+/// Returns `axis` ordered by distance from `now`, the nearest first.
 fn nearest(mut axis: SweepAxis, now: f64) -> SweepAxis {
     let distance = |value: &Arc<SweepValue>| (number(value) - now).abs();
     axis.values
@@ -296,7 +295,7 @@ fn nearest(mut axis: SweepAxis, now: f64) -> SweepAxis {
     axis
 }
 
-/// Index of the value nearest to `now`.
+/// Returns the index of the value nearest to `now`.
 fn index_of<'a>(values: impl IntoIterator<Item = &'a Arc<SweepValue>>, now: f64) -> Option<usize> {
     let distances = values.into_iter().map(|value| (number(value) - now).abs());
     let nearest = distances
@@ -309,7 +308,7 @@ fn number(value: &SweepValue) -> f64 {
     value.text.parse().unwrap_or(f64::NAN)
 }
 
-/// The seeds in the hundred of `seed`.
+/// Returns the seeds in the hundred of `seed`.
 fn seeds(seed: u64) -> Vec<u64> {
     let first = seed - seed % SEEDS;
     (first..=first.saturating_add(SEEDS - 1)).collect()

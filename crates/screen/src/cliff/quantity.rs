@@ -61,7 +61,7 @@ impl KnobQuantity {
         }
     }
 
-    /// Its knobs, set to its values.
+    /// Returns its knobs, set to its values.
     ///
     /// # Errors
     /// [`AxisError`] for an unknown knob.
@@ -70,18 +70,18 @@ impl KnobQuantity {
         SweepAxis::of(knobs, &self.name, self.texts.iter().cloned())
     }
 
-    /// Whether it is the same quantity of the nodes and topics in `focus`.
+    /// Returns whether it is the same quantity of the nodes and topics in `focus`.
     pub fn is_of(&self, system: &dyn System, focus: &KnobFocus) -> bool {
         named(system, focus, self.number).2 == self.name
     }
 
-    /// Whether `value` has a column of its own, if it can have one.
+    /// Returns whether `value` has a column of its own, if it can have one.
     pub fn covers(&self, value: f64) -> bool {
         let text = value.to_string();
         self.number != 0 || text.len() > LONGEST || self.texts.contains(&text)
     }
 
-    /// The value in force.
+    /// Returns the value in force.
     pub fn value(&self, graph: &Snapshot, setup: &Setup) -> f64 {
         match (setup.knob(self.kind, &self.target), self.number) {
             (_, 0) => rate_in_force(graph, setup, &self.target),
@@ -95,24 +95,24 @@ impl KnobQuantity {
         }
     }
 
-    /// A short name with its unit.
+    /// Returns a short name with its unit.
     pub fn heading(&self) -> String {
         names::label(&self.name) + self.unit()
     }
 
-    /// A value with its unit.
+    /// Returns a value with its unit.
     pub fn with_unit(&self, value: &str) -> String {
         value.to_owned() + self.unit()
     }
 
-    /// Its unit, after a blank.
+    /// Returns its unit, after a blank.
     pub fn unit(&self) -> &'static str {
         names::unit(&self.name, self.kind)
     }
 }
 
-/// The kind, the node or topic, and the name of a quantity: the rate is that of the first alias
-/// of one, or else of the node.
+/// Returns the kind, the node or topic, and the name of a quantity: the rate is that of the first
+/// alias of one, or else of the node.
 fn named<'a>(
     system: &dyn System,
     focus: &'a KnobFocus,
@@ -132,13 +132,13 @@ fn named<'a>(
     }
 }
 
-/// The rate of `node` (Hz).
+/// Returns the rate of `node` (Hz).
 fn rate_in_force(graph: &Snapshot, setup: &Setup, node: &str) -> f64 {
     let runs = graph.node(node).map_or(PARTS, |node| node.hz.get());
     setup.rate(node).map_or(runs, Hz::get)
 }
 
-/// The rates of a map, ascending: the multiples of a part of the usual rate of `node`, and
+/// Returns the rates of a map, ascending: the multiples of a part of the usual rate of `node`, and
 /// the one in force.
 fn rates(system: &dyn System, node: &str, in_force: f64) -> Vec<String> {
     let alias = names::rate_alias(system, |of| of == node);
@@ -150,6 +150,9 @@ fn rates(system: &dyn System, node: &str, in_force: f64) -> Vec<String> {
         rates.push(in_force);
         rates.sort_by(f64::total_cmp);
     }
-    let rates = rates.into_iter().filter_map(|hz| Hz::new(hz).ok());
-    rates.map(|hz| hz.get().to_string()).collect()
+    rates
+        .into_iter()
+        .filter_map(|hz| Hz::new(hz).ok())
+        .map(|hz| hz.get().to_string())
+        .collect()
 }

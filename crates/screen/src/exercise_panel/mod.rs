@@ -111,12 +111,12 @@ impl ExercisePanel {
         }
     }
 
-    /// Whether the learner has predicted the limits of the push age.
+    /// Returns whether the learner has predicted the limits of the push age.
     pub fn has_found_limits(&self) -> bool {
         exercises::has_found_limits(&self.answers)
     }
 
-    /// The question that is asked, or marked in the list.
+    /// Returns the question that is asked, or marked in the list.
     fn exercise(&self) -> &'static Exercise {
         let all: Vec<&Exercise> = questions().collect();
         all[self.at]
@@ -151,7 +151,8 @@ impl ExercisePanel {
         true
     }
 
-    /// The place of the question after `exercise`: the next one of its own, or the next of all.
+    /// Returns the place of the question after `exercise`: the next one of its own, or the next of
+    /// all.
     fn after(&self, exercise: &Exercise) -> usize {
         let mut parts = exercises::parts(exercise.brief().number);
         let open = parts.find(|part| self.answers.get(part.brief()).is_none());
@@ -276,7 +277,7 @@ impl ExercisePanel {
         }
     }
 
-    /// The page on the screen.
+    /// Returns the page on the screen.
     pub fn page(&self) -> Page {
         let page = match &self.page {
             PanelPage::List => Page {
@@ -309,7 +310,7 @@ impl ExercisePanel {
         }
     }
 
-    /// The question, below what is `said` of the last key.
+    /// Returns the question, below what is `said` of the last key.
     fn question(&self, typed: &str, said: Option<String>) -> Page {
         let exercise = self.exercise();
         let brief = exercise.brief();
@@ -339,8 +340,8 @@ impl ExercisePanel {
             let mark = if index == self.at { "▶" } else { " " };
             let path = if brief.path { "●" } else { " " };
             let open = if Some(index) == next { "next" } else { "" };
-            let done = self.answers.predicted(brief);
-            let done = done.as_deref().unwrap_or(open);
+            let predicted = self.answers.predicted(brief);
+            let done = predicted.as_deref().unwrap_or(open);
             let (number, title) = (brief.label(), &brief.title);
             let line = format!("{mark} {number:<3} {path} {title:<36}  {done}");
             line.trim_end().to_owned()
@@ -349,7 +350,7 @@ impl ExercisePanel {
     }
 }
 
-/// The number of the question that is `exercise`.
+/// Returns the number of the question that is `exercise`.
 fn index(exercise: &Exercise) -> usize {
     let name = &exercise.brief().name;
     let index = questions().position(|other| other.brief().name == *name);

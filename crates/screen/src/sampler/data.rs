@@ -20,7 +20,7 @@ use crate::{
 };
 
 impl RunMoment<'_> {
-    /// The parts of the age of the push in force.
+    /// Returns the parts of the age of the push in force.
     pub fn push(&self) -> Option<PushData> {
         let Facts {
             graph,
@@ -32,8 +32,13 @@ impl RunMoment<'_> {
         let parts = lineage.push_at(acts, graph.now)?.parts(graph.now);
         let stages = mean_parts(lineage, acts, from, to);
         let mut mean = PARTS.map(|[_, word]| {
-            let stages = stages.iter().filter(|(stage, _)| stage.word() == word);
-            Duration::from_nanos(stages.map(|(_, ns)| ns).sum::<f64>() as u64)
+            Duration::from_nanos(
+                stages
+                    .iter()
+                    .filter(|(stage, _)| stage.word() == word)
+                    .map(|(_, ns)| ns)
+                    .sum::<f64>() as u64,
+            )
         });
         let known: Duration = mean.iter().sum();
         let age = self.facts.age.map_or(Duration::ZERO, |age| age.mean);
@@ -41,13 +46,13 @@ impl RunMoment<'_> {
             mean[place] += age.saturating_sub(known);
         }
         Some(PushData {
-            sentence: PushSentence::of(&parts, lineage.topology()),
+            sentence: PushSentence::new(&parts, lineage.topology()),
             reaction: reaction::greatest(lineage, acts, from, to),
             mean,
         })
     }
 
-    /// What is shown of a node, `lit` if it ticked recently.
+    /// Returns what is shown of a node, `lit` if it ticked recently.
     pub fn node(
         &self,
         node: &NodeAccount,
@@ -70,7 +75,7 @@ impl RunMoment<'_> {
     }
 }
 
-/// What is shown of a topic.
+/// Returns what is shown of a topic.
 pub(super) fn topic_data(topic: &TopicAccount, age: Quantiles, now: Time) -> TopicData {
     TopicData {
         name: topic.name.clone(),
@@ -92,7 +97,7 @@ pub(super) fn topic_data(topic: &TopicAccount, age: Quantiles, now: Time) -> Top
     }
 }
 
-/// The marks of the knobs in `events` from run time `begin` (s) on.
+/// Returns the marks of the knobs in `events` from run time `begin` (s) on.
 pub(super) fn marks(system: &dyn System, events: &[Event], begin: f64) -> Vec<(f64, String)> {
     let recent = events
         .iter()

@@ -79,7 +79,7 @@ struct LastRun {
 }
 
 impl Sampler {
-    /// A frame of `session` as of now, with its new `rows`.
+    /// Returns a frame of `session` as of now, with its new `rows`.
     pub fn frame_data(&mut self, session: &mut dyn RunSource, rows: &[WatchedRows]) -> FrameData {
         let graph = self.take(session, rows);
         let (session, now): (&dyn RunSource, _) = (session, graph.now);
@@ -115,9 +115,7 @@ impl Sampler {
         let (verdict, push) = (moment.verdict(&mut self.trials), moment.push());
         let figures = &self.figures;
         let nodes = graph.nodes.iter().zip(&figures.nodes).zip(lit);
-        let nodes = nodes.map(|((node, figures), lit)| moment.node(node, *figures, lit));
         let topics = graph.topics.iter().zip(&figures.ages);
-        let topics = topics.map(|(topic, age)| topic_data(topic, *age, now));
         FrameData {
             now,
             wall_s: session.wall_time().as_secs(),
@@ -131,16 +129,26 @@ impl Sampler {
             awaits_limits: self.limits.is_coming() || self.trials.is_coming(),
             push,
             same: moment.same,
-            latency: figures.latency.as_ref().map(|latency| LatencyData {
-                newest: self.newest_age,
-                ..latency.clone()
-            }),
-            nodes: nodes.collect(),
-            topics: topics.collect(),
+            latency: self.latency(),
+            nodes: nodes
+                .map(|((node, figures), lit)| moment.node(node, *figures, lit))
+                .collect(),
+            topics: topics
+                .map(|(topic, age)| topic_data(topic, *age, now))
+                .collect(),
             plan,
             state: self.state.clone(),
             telemetry_lost: session.lost(),
         }
+    }
+
+    /// Returns the latency of the system, with the newest age.
+    fn latency(&self) -> Option<LatencyData> {
+        let latency = self.figures.latency.clone()?;
+        Some(LatencyData {
+            newest: self.newest_age,
+            ..latency
+        })
     }
 
     /// Takes the new `rows` and knobs of `session`; returns its graph.
@@ -182,14 +190,14 @@ impl Sampler {
         }
     }
 
-    /// Whether `session` equals the previous run so far, bit for bit.
+    /// Returns whether `session` equals the previous run so far, bit for bit.
     fn same(&self, session: &dyn RunSource) -> Option<bool> {
         let last = self.last.as_ref()?;
         let whole = session.summary().is_some() && last.ended;
         Some(session.digest()?.is_same(last.digest.as_ref()?, whole))
     }
 
-    /// The signal before `now`, with a mark for each knob in `events`; `None` without a
+    /// Returns the signal before `now`, with a mark for each knob in `events`; `None` without a
     /// signal.
     pub fn trace(&self, system: &dyn System, now: Time, events: &[Event]) -> Option<SignalTrace> {
         let end = now.as_secs_f64();
@@ -216,16 +224,16 @@ impl Sampler {
         })
     }
 
-    /// The knobs in force in a run of `config`, and its hangs.
+    /// Returns the knobs in force in a run of `config`, and its hangs.
     fn knobs(&self, config: &Config) -> (Setup, Vec<Hang>) {
         let mut setup = config.setup.clone();
         setup.extend(self.turned.iter().map(|timed| timed.knob.clone()));
         let mut hangs = Hang::at_the_start(&config.setup);
-        hangs.extend(self.turned.iter().filter_map(Hang::of));
+        hangs.extend(self.turned.iter().filter_map(Hang::from_knob));
         (setup, hangs)
     }
 
-    /// The recent push age and its limits.
+    /// Returns the recent push age and its limits.
     fn age(&mut self, session: &dyn RunSource, graph: &Snapshot, setup: &Setup) -> Option<AgeData> {
         let period = first_node(session.system(), graph).map(|node| node.hz.period());
         let recent = self
@@ -245,15 +253,16 @@ impl Sampler {
         })
     }
 
-    /// The age limits as far as computed.
+    /// Returns the age limits as far as computed.
     fn limits(&self) -> AgeLimits {
         self.limits.newest().copied().unwrap_or_default()
     }
 
     fn remember(&mut self, system: &dyn System, topic: &str, rows: &Rows) {
         if let Some(signal) = signal(system).filter(|signal| signal.topic == topic) {
-            let points = rows.iter();
-            let points = points.map(|(head, row)| (head.at.as_secs_f64(), (signal.value)(row)));
+            let points = rows
+                .iter()
+                .map(|(head, row)| (head.at.as_secs_f64(), (signal.value)(row)));
             self.points.extend(points);
             let old = self.points.len().saturating_sub(POINTS_KEPT);
             self.points.drain(..old);
@@ -274,9 +283,10 @@ impl Sampler {
 
     fn judge(&mut self, system: &dyn System, head: &Head, state: &[f64]) {
         let (exit, at) = (&ClockExit::Stopped, head.at);
-        let verdict = match system.chains() == system.state() {
-            true => system::verdict(system, exit, at, [Some(state); 2]),
-            false => system.verdict(exit, at, Some(state)),
+        let verdict = if system.chains() == system.state() {
+            system::verdict(system, exit, at, [Some(state); 2])
+        } else {
+            system.verdict(exit, at, Some(state))
         };
         // A lost run stays lost from its first moment on.
         let since = self.lost.unwrap_or(verdict);
@@ -286,7 +296,7 @@ impl Sampler {
         }
     }
 
-    /// The nodes that ticked recently; at rest, those that ticked last.
+    /// Returns the nodes that ticked recently; at rest, the nodes that ticked last.
     fn lit_nodes(&mut self, snapshot: &Snapshot, running: bool, at_rest: bool) -> Vec<bool> {
         self.ticks.resize(snapshot.nodes.len(), (0, None));
         let now = Instant::now();
@@ -307,23 +317,24 @@ impl Sampler {
     }
 }
 
-/// The messages in `setup`, such as `policy scripted`.
+/// Returns the messages in `setup`, such as `policy scripted`.
 fn settings(system: &dyn System, setup: &Setup) -> Vec<String> {
     let shown = names::shown(system, |alias| names::is_set(alias, setup)).into_iter();
     let sent = shown.filter(|alias| alias.kind() == KnobKind::Send);
     sent.map(|alias| setting(system, alias, setup)).collect()
 }
 
-/// The nodes whose clocks for stamps are wrong in `setup`, each with its error.
+/// Returns the nodes whose clocks for stamps are wrong in `setup`, each with its error.
 fn wrong_stamps(setup: &Setup) -> Vec<String> {
-    let clocks = setup.iter();
-    let clocks = clocks.filter(|knob| knob.kind() == KnobKind::StampClock && knob.value() != "0 0");
+    let clocks = setup
+        .iter()
+        .filter(|knob| knob.kind() == KnobKind::StampClock && knob.value() != "0 0");
     clocks
         .map(|knob| format!("{} ({})", knob.target(), knob.value()))
         .collect()
 }
 
-/// A note on the world of `session`, where it is relevant.
+/// Returns a note on the world of `session`, where it is relevant.
 fn world(session: &dyn RunSource, setup: &Setup) -> Option<&'static str> {
     if !session.config().world.is_course() {
         return Some("world: own");

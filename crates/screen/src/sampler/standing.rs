@@ -39,7 +39,7 @@ pub(super) struct RunMoment<'a> {
 }
 
 impl RunMoment<'_> {
-    /// The state of the run, and the reason for its end; `trials` tell what mends it.
+    /// Returns the state of the run, and the reason for its end; `trials` tell what fixes it.
     pub fn verdict(&self, trials: &mut CureTrials) -> VerdictData {
         let ended = self.session.summary().map(|summary| summary.verdict);
         let Some(verdict) = ended.or(self.lost) else {
@@ -54,15 +54,17 @@ impl RunMoment<'_> {
             (None, true) => self.reasons(trials),
             (None, false) => Vec::new(),
         };
-        let standing = match verdict.is_lost() {
-            true => Standing::Lost,
-            false => Standing::Done,
+        let standing = if verdict.is_lost() {
+            Standing::Lost
+        } else {
+            Standing::Done
         };
         let headline = format!("{verdict}{}", self.as_before());
         state(standing, &verdict.name().replace('_', " "), headline, why)
     }
 
-    /// The state of a run that has yet to begin elsewhere, or of whose plant nothing is heard.
+    /// Returns the state of a run that has yet to begin elsewhere, or of whose plant nothing is
+    /// heard.
     fn unheard(&self) -> Option<VerdictData> {
         let (absent, graph) = (self.gone(), self.facts.graph);
         let plant = self.moves().map(|(_, node)| node);
@@ -80,8 +82,8 @@ impl RunMoment<'_> {
         Some(state(Standing::Warned, word, headline, absent))
     }
 
-    /// A running run that would be lost if it ended now: nothing came through a chain so far, or
-    /// nothing new for too long.
+    /// Returns a running run that would be lost if it ended now: nothing came through a chain so
+    /// far, or nothing new for too long.
     fn lost_by_now(&self) -> Option<VerdictData> {
         let (system, graph) = (self.facts.system, self.facts.graph);
         let topic = system
@@ -112,7 +114,7 @@ impl RunMoment<'_> {
             .then(|| state(Standing::Good, "", headline.to_owned(), why))
     }
 
-    /// A running run whose plant stands still.
+    /// Returns a running run whose plant stands still.
     fn stands_still(&self) -> Option<VerdictData> {
         let headline = match self.still()? {
             None => "NOT MOVED: the plant made no step so far".to_owned(),
@@ -126,13 +128,13 @@ impl RunMoment<'_> {
         ))
     }
 
-    /// A running run that is not lost.
+    /// Returns a running run that is not lost.
     fn going_on(&self, trials: &mut CureTrials) -> VerdictData {
         let age = self.facts.age;
         let idle = age.is_none() && self.is_idle();
         let strain = age.map(|age| age.strain());
         let headline = match strain {
-            Some(Strain::Falls) => "NOT LOST YET: pushes are older than it bears".to_owned(),
+            Some(Strain::Falls) => "NOT LOST YET: pushes are older than the limit".to_owned(),
             _ if idle => "NOT LOST YET: no push so far".to_owned(),
             _ => self.so_far() + self.as_before(),
         };
@@ -148,13 +150,13 @@ impl RunMoment<'_> {
         let mut why = self.facts.overloads(None);
         why.extend(self.living());
         let mut turned = self.facts.commands.iter();
-        let turned = turned.any(|timed| timed.knob.kind() == KnobKind::Rate);
+        let rate_turned = turned.any(|timed| timed.knob.kind() == KnobKind::Rate);
         let cure = if self.facts.live {
             "; r: a clean run"
         } else {
             ""
         };
-        why.extend(age.filter(|_| turned).map(|_| PHASE.to_owned() + cure));
+        why.extend(age.filter(|_| rate_turned).map(|_| PHASE.to_owned() + cure));
         state(Standing::Good, "", headline, why)
     }
 
@@ -167,7 +169,7 @@ impl RunMoment<'_> {
         }
     }
 
-    /// Why the plant stands still.
+    /// Returns why the plant stands still.
     fn waits(&self) -> Vec<String> {
         let gone = self.gone();
         let Some((_, node)) = self.moves().filter(|_| gone.is_empty()) else {
@@ -199,21 +201,24 @@ impl RunMoment<'_> {
         reasons
     }
 
-    /// The state of `node`. A hang takes effect at the first tick after its command.
+    /// Returns the state of `node`. A hang takes effect at the first tick after its command.
     pub fn health(&self, node: &NodeAccount) -> Health {
         let place = self.session.place(&node.name);
         let (mut hangs, now) = (self.facts.hangs.iter(), self.facts.graph.now);
-        let hangs = hangs
+        let hanging = hangs
             .any(|hang| *hang.node == *node.name && hang.span(node.hz.period()).contains(&now));
-        match node.crashed {
-            _ if place.is_some_and(|place| place.absent.is_some()) => Health::Gone,
-            true => Health::Crashed,
-            false if hangs && node.busy => Health::Hangs,
-            false => Health::Works,
+        if place.is_some_and(|place| place.absent.is_some()) {
+            Health::Gone
+        } else if node.crashed {
+            Health::Crashed
+        } else if hanging && node.busy {
+            Health::Hangs
+        } else {
+            Health::Works
         }
     }
 
-    /// Whether the plant stands still, and since which step; `None` if it moves.
+    /// Returns whether the plant stands still, and since which step; `None` if it moves.
     fn still(&self) -> Option<Option<Time>> {
         let (steps, node) = self.moves()?;
         let patience = STILL.max(node.hz.period() * 2);
@@ -225,7 +230,7 @@ impl RunMoment<'_> {
         (rest > patience).then_some(steps.newest)
     }
 
-    /// Whether the plant moves, and nothing has pushed it for long after the start.
+    /// Returns whether the plant moves, and nothing has pushed it for long after the start.
     fn is_idle(&self) -> bool {
         let (system, graph) = (self.facts.system, self.facts.graph);
         let pushed = acting(system, self.facts.lineage.topology())
@@ -235,14 +240,14 @@ impl RunMoment<'_> {
         !pushed && plant(system).is_some() && graph.now > Time::ZERO + patience
     }
 
-    /// The steps of the plant, and the node that makes them.
+    /// Returns the steps of the plant, and the node that makes them.
     fn moves(&self) -> Option<(&TopicAccount, &NodeAccount)> {
         let steps = self.facts.graph.topic(plant(self.facts.system)?)?;
         let node = self.facts.graph.nodes.get(*steps.publishers.first()?)?;
         Some((steps, node))
     }
 
-    /// A line for each process of which nothing is heard.
+    /// Returns a line for each process of which nothing is heard.
     fn gone(&self) -> Vec<String> {
         let nodes = self.facts.graph.nodes.iter();
         let places = nodes.filter_map(|node| self.session.place(&node.name));
@@ -255,7 +260,7 @@ impl RunMoment<'_> {
         lines
     }
 
-    /// The current activity, in a sentence with current figures.
+    /// Returns the current activity, in a sentence with current figures.
     fn living(&self) -> Option<String> {
         let node = first_node(self.facts.system, self.facts.graph)?;
         let greatest = ms(self.facts.age?.greatest);
@@ -265,7 +270,7 @@ impl RunMoment<'_> {
         ))
     }
 
-    /// The state of a run that is going well.
+    /// Returns the state of a run that is going well.
     fn so_far(&self) -> String {
         match self.facts.system.verdicts().first() {
             Some(well) if **well != VerdictKind::COMPLETED => {

@@ -4,7 +4,7 @@ use super::{adders::Adders, *};
 
 /// Plays `recording`, and begins to execute its run again.
 fn played(setup: SessionSetup, recording: Recording) -> App {
-    let mut app = App::of_recording(Arc::new(recording), setup);
+    let mut app = App::for_recording(Arc::new(recording), setup);
     app.play();
     app.execute_again();
     app
@@ -36,8 +36,11 @@ fn a_recording_that_began_midway_is_played_from_the_start_of_the_run() {
         shows(&settled(&mut app), &["executed again"]);
         press(&mut app, "⇱");
         sample(&mut app);
-        let begins = app.screen().and_then(|screen| screen.scrubber);
-        let begins = begins.expect("a position").begins;
+        let begins = app
+            .screen()
+            .and_then(|screen| screen.scrubber)
+            .expect("a position")
+            .begins;
         // A busy machine begins late under the real clock, but not that late.
         let limit = match clock {
             "real" => first,

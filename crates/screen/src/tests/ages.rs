@@ -36,7 +36,7 @@ fn header(text: &str) -> Option<(u64, u64)> {
 #[test]
 fn at_each_moment_the_push_has_an_age_and_is_not_older_than_the_oldest_that_is_told() {
     let run = recorded(setup(), &config("control-hz 5"), 0.0);
-    let mut app = App::of_recording(Arc::new(run), setup());
+    let mut app = App::for_recording(Arc::new(run), setup());
     for at in (0..840).step_by(7) {
         app.jump(sample::ms(at));
         super::sample(&mut app);
@@ -52,8 +52,8 @@ fn at_each_moment_the_push_has_an_age_and_is_not_older_than_the_oldest_that_is_t
 #[test]
 fn a_replay_shows_the_curve_of_the_age_and_its_own_speed_in_the_default_terminal() {
     let run = recorded(setup(), &config("control-hz 5"), 0.0);
-    let mut app = App::of_recording(Arc::new(run), setup());
-    app.offer_to_play();
+    let mut app = App::for_recording(Arc::new(run), setup());
+    app.suggest_playing();
     app.jump(seconds(0.4));
     super::sample(&mut app);
     let drawn = small(&app);
@@ -100,8 +100,10 @@ fn the_parts_in_the_header_add_up_to_the_age() {
 
 #[test]
 fn a_refused_clock_is_not_the_one_shown_and_the_reason_is() {
-    let text = PAIR.replace("MATCH", "each").replace("KIND", "edf:1");
-    let text = text.replace("match =", "deadline_ms = 20, match =");
+    let text = PAIR
+        .replace("MATCH", "each")
+        .replace("KIND", "edf:1")
+        .replace("match =", "deadline_ms = 20, match =");
     let mut app = begun(&text, Speed::REAL_TIME);
     // The second time as the first: it asks for the other clock again.
     for _ in 0..2 {
@@ -166,8 +168,8 @@ fn a_run_at_full_speed_is_not_called_silent_or_lost_because_its_screen_is_behind
 fn a_limit_is_not_called_kept_before_the_first_data() {
     let text = SHARED
         .replace("COST", "1")
-        .replace("rate = 5", "rate = 0.2");
-    let text = text.replace("takes = 20", "takes = 20, offset = 4000");
+        .replace("rate = 5", "rate = 0.2")
+        .replace("takes = 20", "takes = 20, offset = 4000");
     let mut app = begun(&text, Speed::REAL_TIME);
     sample(&mut app);
     until(&mut app, |app| frame(app).now > Time::ZERO);

@@ -40,7 +40,7 @@ fn a_run_of_the_real_clock_is_left_where_one_looks_and_stays_up_without_the_dela
 #[test]
 fn a_recording_is_left_at_a_moment_and_goes_on_in_the_lab() {
     let at = seconds(0.2);
-    let mut app = App::of_recording(Arc::new(recorded(setup(), &config(SLOW), 0.0)), setup());
+    let mut app = App::for_recording(Arc::new(recorded(setup(), &config(SLOW), 0.0)), setup());
     app.jump(at);
     press(&mut app, "Btakes policy 0\n");
     sample(&mut app);

@@ -70,7 +70,7 @@ fn age_verdict_and_cause_keep_their_rows_whatever_happens() {
 }
 
 #[test]
-fn what_the_screen_advises_mends_the_next_run() {
+fn what_the_screen_advises_fixes_the_next_run() {
     for setup in [
         "hang policy 3000",
         "hang sensor 3000",
@@ -80,9 +80,12 @@ fn what_the_screen_advises_mends_the_next_run() {
         "takes policy 700",
     ] {
         let mut app = over(setup);
-        let drawn = lines(&app)[2..6].join(" ");
-        let drawn = drawn.split_whitespace().collect::<Vec<_>>().join(" ");
-        let (advice, _) = drawn.split_once(" mends it").expect(&drawn);
+        let drawn = lines(&app)[2..6]
+            .join(" ")
+            .split_whitespace()
+            .collect::<Vec<_>>()
+            .join(" ");
+        let (advice, _) = drawn.split_once(" fixes it").expect(&drawn);
         let (_, advice) = advice.rsplit_once(':').expect("a key");
         press(&mut app, &format!(":{advice}\nr"));
         end(&mut app);

@@ -75,8 +75,10 @@ fn panes(app: &mut App) -> String {
 
 /// The whole text of the page over the panes, if there is one.
 fn page(app: &App) -> String {
-    let page = app.screen().and_then(|screen| screen.page);
-    let page = page.unwrap_or_default();
+    let page = app
+        .screen()
+        .and_then(|screen| screen.page)
+        .unwrap_or_default();
     let rows = page
         .rows
         .iter()
@@ -105,8 +107,8 @@ fn figures(brief: &Brief) -> Vec<String> {
     let mut lines = ANSWERS.lines().skip_while(|line| !line.contains(&asked));
     let measured = lines
         .nth(1)
-        .and_then(|line| line.strip_prefix("Measured: "));
-    let measured = measured.unwrap_or_else(|| panic!("no answer to {}", brief.label()));
+        .and_then(|line| line.strip_prefix("Measured: "))
+        .unwrap_or_else(|| panic!("no answer to {}", brief.label()));
     let (measured, _) = measured.split_once(". ").expect("a sentence");
     let measured = measured.trim_start_matches("between ").split(" and ");
     let of = brief.range.most;
@@ -135,8 +137,9 @@ fn given_away(text: &str) -> Vec<String> {
         let label = brief.label();
         let incidental = INCIDENTAL.iter().filter(|(of, ..)| *of == label);
         let text = incidental.fold(text.clone(), |text, (_, part, _)| text.replace(part, ""));
-        let figures = figures(brief).into_iter();
-        let figures = figures.filter(move |figure| has(&text, figure));
+        let figures = figures(brief)
+            .into_iter()
+            .filter(move |figure| has(&text, figure));
         figures.map(move |figure| format!("{label}: {figure}"))
     });
     found.collect()
@@ -257,8 +260,9 @@ fn what_the_screen_knows_of_a_fault_is_covered_until_the_exercise_is_answered() 
         let push = known.push.expect("a push").sentence;
         let (_, parts) = push.whole().split_once(": ").expect("parts");
         let parts = parts.split(" + ").map(str::to_owned);
-        let words = parts.chain(known.verdict.why);
-        let words = words.chain(crashed.then(|| "crash".to_owned()));
+        let words = parts
+            .chain(known.verdict.why)
+            .chain(crashed.then(|| "crash".to_owned()));
         for words in words {
             assert!(!shown.contains(&words), "{seed}: {words:?}");
         }

@@ -10,7 +10,7 @@ use super::{super::picture, *};
 fn the_picture_in_the_manual_is_the_screen_as_it_is_drawn() {
     let config = config("seed 1; 4 control-hz 8; 7 control-hz 5");
     let size = Size::new(120, 40);
-    let drawn = picture::of_run(&config, learners(), size, &RICH).expect("a picture");
+    let drawn = picture::draw_run(&config, learners(), size, &RICH).expect("a picture");
     is_kept("picture.svg", &drawn);
 }
 
@@ -19,9 +19,8 @@ fn the_picture_in_the_manual_is_the_screen_as_it_is_drawn() {
 fn the_moving_picture_in_the_manual_is_the_recording_as_it_is_drawn() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../recordings/fall-5hz.rrd");
     let recording = Arc::new(Recording::read(file.as_ref()).expect("a recording"));
-    let (size, span) = (Size::new(80, 24), (recording.until, 0.2));
-    let drawn = picture::moving(recording, learners(), span, size, &RICH);
-    let drawn = drawn.expect("a picture");
+    let (size, until) = (Size::new(80, 24), recording.until);
+    let drawn = picture::moving(recording, learners(), until, 0.2, size, &RICH).expect("a picture");
     // The title of the graph is in the file once, the run time for each frame.
     assert_eq!(drawn.matches("y=\"123\">g<").count(), 1);
     assert!(drawn.matches("@keyframes").count() > 30);

@@ -10,7 +10,7 @@ fn chunks(knobs: &str) -> Config {
 
 /// The recording of `config`, at run time `at` (s).
 fn played(config: &Config, at: f64) -> App {
-    let mut app = App::of_recording(Arc::new(recorded(setup(), config, 0.0)), setup());
+    let mut app = App::for_recording(Arc::new(recorded(setup(), config, 0.0)), setup());
     app.jump(seconds(at));
     sample(&mut app);
     until(&mut app, |app| !frame(app).awaits_limits);
@@ -57,28 +57,28 @@ fn a_fall_by_plans_has_their_cure() {
     for [knobs, why] in rows(
         "
         chunk 50; plan rollout | the policy's rollout plans miss what is played meanwhile. \
-            :set policy plan committed mends it
+            :set policy plan committed fixes it
         chunk 12; plan committed | it had no action, as plans have 12 and the next one came \
-            after 21. :set policy chunk 30 mends it
+            after 21. :set policy chunk 30 fixes it
         chunk 12; plan rollout | the policy's rollout plans miss what is played meanwhile. \
-            :set policy plan committed, too, mends it
+            :set policy plan committed, too, fixes it
         chunk 50; merge ensemble:0.01; think-ms none; control-hz 50 | merge ensemble:0.01 \
-            averages old plans. :set player merge newest mends it
+            averages old plans. :set player merge newest fixes it
         chunk 50; merge ensemble:0.01 | averages old plans. :set player merge newest takes 48 of \
             343 ms away the policy's rollout plans miss what is played meanwhile. :set policy \
-            plan committed, too, mends it
+            plan committed, too, fixes it
         chunk 50; plan committed; expect-delay 60 | it expected a delay of 60 ms, not 200 ms. \
-            :set policy expect-delay 200 mends it
+            :set policy expect-delay 200 fixes it
         chunk 50; plan committed; expect-delay last; think-ms 300; control-hz 3 | it expected a \
-            delay of 0 ms, not 300 ms. :set policy expect-delay 300 mends it
+            delay of 0 ms, not 300 ms. :set policy expect-delay 300 fixes it
         chunk 50; plan committed; model length:1.2 | its model of the plant is length:1.2. :set \
-            policy model length:1 mends it
+            policy model length:1 fixes it
         chunk 50; plan committed; play arrival | play arrival plays late what was meant for now. \
-            :set player play time mends it
+            :set player play time fixes it
         chunk 50; plan committed; disturb 3 | the plant is disturbed: at random, by 3 N. :set \
-            actuator disturb 0 mends it
+            actuator disturb 0 fixes it
         disturb 20; think-ms none; control-hz 50 | the plant is disturbed: at random, by 20 N. \
-            :set actuator disturb 0 mends it
+            :set actuator disturb 0 fixes it
         chunk 50; crash policy | the policy crashed",
     ) {
         let mut app = ended(chunks(&knobs));

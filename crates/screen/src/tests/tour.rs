@@ -71,8 +71,11 @@ fn the_tour_never_says_what_the_run_is_not() {
         let mut app = ended(config("control-hz 5"));
         at_step(&mut app, step);
         press(&mut app, keys);
-        let text = app.screen().and_then(|screen| screen.aside);
-        let text = text.expect("a step").text;
+        let text = app
+            .screen()
+            .and_then(|screen| screen.aside)
+            .expect("a step")
+            .text;
         shows(&text, &[said]);
         for untrue in ["stays up", "is up", "jitter:"] {
             assert!(!text.contains(untrue), "{step} {keys}: {text}");

@@ -42,14 +42,16 @@ impl Tour {
         true
     }
 
-    /// The step on the screen, about the `run` as it is.
+    /// Returns the step on the screen, about the `run` as it is.
     pub fn page(self, run: &Seen) -> Page {
         let step = &STEPS[self.0];
         let is_last = self.0 + 1 == STEPS.len();
-        let (text, hint) = match (step.reached)(run) {
-            true if is_last => ((step.look)(run), "Enter ends the tour  Esc leaves"),
-            true => ((step.look)(run), "Enter goes on  Esc leaves"),
-            false => ((step.ask)(run), "Enter skips this  Esc leaves"),
+        let (text, hint) = if !(step.reached)(run) {
+            ((step.ask)(run), "Enter skips this  Esc leaves")
+        } else if is_last {
+            ((step.look)(run), "Enter ends the tour  Esc leaves")
+        } else {
+            ((step.look)(run), "Enter goes on  Esc leaves")
         };
         let title = format!("tour {} of {}: {}", self.0 + 1, STEPS.len(), step.title);
         Page {

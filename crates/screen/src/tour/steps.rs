@@ -42,7 +42,7 @@ pub struct Seen {
 
 impl Seen {
     /// Reads `frame`; the next run is one of `wanted`.
-    pub fn of(frame: &FrameData, wanted: &Config, over: bool) -> Self {
+    pub fn from_frame(frame: &FrameData, wanted: &Config, over: bool) -> Self {
         let policy = frame.nodes.iter().find(|node| &*node.name == "policy");
         let hz = policy.map_or(0.0, |node| node.hz.get());
         let first = frame.nodes.first().map(|node| node.hz);
@@ -121,15 +121,16 @@ pub const STEPS: [Step; 7] = [
     Step {
         title: "a real clock",
         reached: |run| run.real && !run.over,
-        ask: |run| match run.over {
-            true => {
+        ask: |run| {
+            if run.over {
                 "c gives a running graph to the wall clock, and this run is over: r starts again, \
                      then c."
                     .to_owned()
-            }
-            false => "This run is in virtual time. c gives the running graph to the wall clock: \
+            } else {
+                "This run is in virtual time. c gives the running graph to the wall clock: \
                       there every node is a thread."
-                .to_owned(),
+                    .to_owned()
+            }
         },
         look: |_| {
             "The operating system decides which thread runs first: drops and latency change all the \
@@ -154,9 +155,10 @@ fn graph(run: &Seen) -> String {
         Some(hz) => format!("Three nodes tick {hz} times a second"),
         None => "Three nodes tick at rates of their own".to_owned(),
     };
-    let drops = match run.dropped {
-        true => "The graph counts what is dropped.",
-        false => "Nothing is dropped so far.",
+    let drops = if run.dropped {
+        "The graph counts what is dropped."
+    } else {
+        "Nothing is dropped so far."
     };
     format!(
         "{rates}. The sensor sends readings on the topic /obs, the policy answers with actions on \
@@ -177,12 +179,11 @@ fn slow_down(run: &Seen) -> String {
 }
 
 fn slowed(run: &Seen) -> String {
-    let drops = match run.dropped {
-        true => {
-            "The graph counts what /obs drops: readings that the policy never sees. Each push now \
+    let drops = if run.dropped {
+        "The graph counts what /obs drops: readings that the policy never sees. Each push now \
              uses an older reading: the push age above."
-        }
-        false => "The graph will count what /obs drops; nothing so far.",
+    } else {
+        "The graph will count what /obs drops; nothing so far."
     };
     format!(
         "The policy decides {} times a second. {drops} The pole is up so far.",
@@ -209,9 +210,10 @@ fn break_it(run: &Seen) -> String {
 }
 
 fn broken(run: &Seen) -> String {
-    let why = match run.explained {
-        true => " The lines above say why.",
-        false => "",
+    let why = if run.explained {
+        " The lines above say why."
+    } else {
+        ""
     };
     format!("The pole has fallen.{why}")
 }
@@ -257,7 +259,7 @@ fn mend(run: &Seen) -> String {
     )
 }
 
-/// What r does after the end of a run.
+/// Returns what r does after the end of a run.
 fn starts_again(run: &Seen) -> String {
     format!(
         "This run is over: r starts again, with the policy at {} Hz.",

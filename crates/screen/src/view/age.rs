@@ -30,7 +30,7 @@ const NARROW: usize = 60;
 const NO_PUSH: &str = "push age  none: no push so far";
 const NO_AGE: &str = "push age  not known over the last second";
 
-/// The number, a bar with a tick and a number at each limit, and the mean parts of the age,
+/// Returns the number, a bar with a tick and a number at each limit, and the mean parts of the age,
 /// in a line of `room` columns; without an age, why.
 pub fn age_line(
     age: Option<&AgeData>,
@@ -46,13 +46,14 @@ pub fn age_line(
     let begin = width(&number);
     let (sign, word, style) = verdict(age.strain(), theme);
     // The bar is of what nobody predicted: parts are of the whole.
-    let push = push.filter(|_| age.unpredicted() == age.mean);
-    let mean = push.map(|push| &push.mean[..]).unwrap_or_default();
+    let told_push = push.filter(|_| age.unpredicted() == age.mean);
+    let mean = told_push.map(|push| &push.mean[..]).unwrap_or_default();
     let spent = spent(mean);
     let free = room.saturating_sub(begin + BAR.1 + 3);
     let fits = !spent.is_empty() && width(&spent) + 2 <= free;
-    let verdict = format!("{sign} {}", if fits { &spent } else { word });
-    let verdict = verdict.trim_start().to_owned();
+    let verdict = format!("{sign} {}", if fits { &spent } else { word })
+        .trim_start()
+        .to_owned();
     let wide = room.saturating_sub(begin + width(&verdict) + 3).min(BAR.0);
     let mut parts = vec![(number, theme.strong())];
     let whole = if age.hidden {
@@ -63,7 +64,10 @@ pub fn age_line(
     match whole.filter(|_| wide >= BAR.1) {
         None => parts.push((verdict, style)),
         Some(whole) => {
-            let scale = (wide as f64 / whole.as_secs_f64(), wide);
+            let scale = BarScale {
+                cells_per_second: wide as f64 / whole.as_secs_f64(),
+                width: wide,
+            };
             let plain = style.remove_modifier(Modifier::REVERSED);
             let bar = bar(age.unpredicted(), mean, scale);
             let mut cells: Vec<(String, Style)> = bar
@@ -82,14 +86,14 @@ pub fn age_line(
     line(parts)
 }
 
-/// The parts of the push in force, in a line of `room` columns.
+/// Returns the parts of the push in force, in a line of `room` columns.
 pub fn push_line(push: &PushData, room: usize) -> Line<'static> {
     let text = push.sentence.fitting(|text| width(text) < room);
     Line::raw(format!(" {text}"))
 }
 
-/// The age, less what a plan knew of, and the limit, in a constant width for a line of `room`
-/// columns.
+/// Returns the age, less what a plan knew of, and the limit, in a constant width for a line of
+/// `room` columns.
 fn number(age: &AgeData, room: usize) -> String {
     let name = if room < NARROW { "age" } else { "push age" };
     let rest = whole(age.unpredicted());
@@ -115,19 +119,30 @@ fn verdict(strain: Strain, theme: &Theme) -> (&'static str, &'static str, Style)
     }
 }
 
-/// A tick for each limit of `age`, with its number before it if nothing is there, and the
-/// columns of both in a bar of this scale and width.
-fn ticks(age: &AgeData, (scale, wide): (f64, usize)) -> Vec<(usize, String)> {
-    let limits = [age.limits.swings(), age.limits.may_fall, age.limits.falls];
-    let limits = limits.into_iter().flatten().filter(|_| !age.hidden);
+/// The scale of a bar of ages.
+#[derive(Clone, Copy)]
+struct BarScale {
+    cells_per_second: f64,
+    /// The greatest length (cells).
+    width: usize,
+}
+
+/// Returns a tick for each limit of `age`, with its number before it if nothing is there, and the
+/// columns of both.
+fn ticks(age: &AgeData, scale: BarScale) -> Vec<(usize, String)> {
+    let limits = [age.limits.swings(), age.limits.may_fall, age.limits.falls]
+        .into_iter()
+        .flatten()
+        .filter(|_| !age.hidden);
     let mut limits: Vec<Duration> = limits.collect();
     limits.sort_unstable();
     let mut free = 1;
     let ticks = limits.into_iter().map(|limit| {
-        let column = ((limit.as_secs_f64() * scale) as usize).min(wide - 1);
+        let column = ((limit.as_secs_f64() * scale.cells_per_second) as usize).min(scale.width - 1);
         let number = whole(limit).to_string();
-        let start = column.checked_sub(number.len());
-        let start = start.filter(|start| *start >= free);
+        let start = column
+            .checked_sub(number.len())
+            .filter(|start| *start >= free);
         free = column + 2;
         match start {
             Some(start) => (start, number + "┊"),
@@ -137,7 +152,7 @@ fn ticks(age: &AgeData, (scale, wide): (f64, usize)) -> Vec<(usize, String)> {
     ticks.collect()
 }
 
-/// The parts of the age, the largest first, each with its glyph in the bar.
+/// Returns the parts of the age, the largest first, each with its glyph in the bar.
 fn spent(mean: &[Duration]) -> String {
     // Rounded as running sums: their sum is the rounded age.
     let (mut sum, mut shown) = (Duration::ZERO, 0);
@@ -149,15 +164,17 @@ fn spent(mean: &[Duration]) -> String {
     });
     let mut parts: Vec<_> = rounded.filter(|(_, part)| *part > 0).collect();
     parts.sort_by_key(|(_, part)| Reverse(*part));
-    let words = parts.iter();
-    let words = words.map(|([glyph, word], part)| format!("{glyph} {word} {part}"));
+    let words = parts
+        .iter()
+        .map(|([glyph, word], part)| format!("{glyph} {word} {part}"));
     words.collect::<Vec<_>>().join(" + ")
 }
 
-/// A bar as long as the age with its parts in order, at a given number of cells per
-/// second and of at most a given width.
-fn bar(age: Duration, mean: &[Duration], (scale, room): (f64, usize)) -> String {
-    let cells = |age: Duration| ((age.as_secs_f64() * scale).round() as usize).min(room);
+/// Returns a bar as long as the age with its parts in order.
+fn bar(age: Duration, mean: &[Duration], scale: BarScale) -> String {
+    let room = scale.width;
+    let cells =
+        |age: Duration| ((age.as_secs_f64() * scale.cells_per_second).round() as usize).min(room);
     let mut bar = String::new();
     let (mut sum, mut drawn) = (Duration::ZERO, 0);
     for ([glyph, _], took) in PARTS.iter().zip(mean) {

@@ -43,7 +43,7 @@ pub fn render(shown: &ScreenState<'_>, layout: &ScreenLayout, mut sheet: Sheet<'
     }
 }
 
-/// Whether the notice fits into its usual place: the pane of events, or the line of the
+/// Returns whether the notice fits into its usual place: the pane of events, or the line of the
 /// verdict.
 fn notice_fits(shown: &ScreenState<'_>, layout: &ScreenLayout) -> bool {
     let covered = shown.map.is_some() || shown.page.is_some();

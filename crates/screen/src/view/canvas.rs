@@ -39,7 +39,7 @@ struct DotAxis {
     /// The first cell, and the number of cells.
     first: u16,
     cells: u16,
-    /// Dots per cell, and those of a Braille pattern.
+    /// Dots per cell, and dots of a Braille pattern.
     each: u16,
     full: u16,
 }
@@ -49,14 +49,14 @@ impl DotAxis {
         f64::from(self.cells) * f64::from(self.each)
     }
 
-    /// The dot at `value`. Distant ones are moved closer, which limits the time to draw a
+    /// Returns the dot at `value`. Distant ones are moved closer, which limits the time to draw a
     /// line.
     fn dot(&self, value: f64) -> f64 {
         let share = (value - self.ends[0]) / (self.ends[1] - self.ends[0]);
         (share.clamp(-FAR, FAR) * (self.dots() - 1.0).max(0.0)).round()
     }
 
-    /// The cell of a dot, and its number there, if it is visible.
+    /// Returns the cell of a dot, and its number there, if it is visible.
     fn place(&self, dot: f64) -> Option<(u16, usize)> {
         let dot = dot.round();
         // Also false for NaN.
@@ -91,7 +91,7 @@ pub struct BrailleCanvas {
 }
 
 impl BrailleCanvas {
-    /// A canvas on `area` with `x` from left to right and `y` from bottom to top; the
+    /// Creates a canvas on `area` with `x` from left to right and `y` from bottom to top; the
     /// bounds are the middles of the outermost dots.
     pub fn new(area: Rect, x: [f64; 2], [bottom, top]: [f64; 2], theme: &Theme) -> Self {
         let ascii = theme.ascii;
@@ -109,30 +109,30 @@ impl BrailleCanvas {
         }
     }
 
-    /// Number of dots across and down `area`.
+    /// Returns the number of dots across and down `area`.
     pub fn dots(area: Rect, theme: &Theme) -> (f64, f64) {
         let canvas = Self::new(area, [0.0; 2], [0.0; 2], theme);
         (canvas.x.dots(), canvas.y.dots())
     }
 
-    /// The column of the screen at `x`, if it is visible.
+    /// Returns the column of the screen at `x`, if it is visible.
     pub fn column(&self, x: f64) -> Option<u16> {
         Some(self.x.place(self.x.dot(x))?.0)
     }
 
-    /// The row of the screen at `y`, if it is visible.
+    /// Returns the row of the screen at `y`, if it is visible.
     pub fn row(&self, y: f64) -> Option<u16> {
         Some(self.y.place(self.y.dot(y))?.0)
     }
 
-    /// A dashed horizontal line at `y`, with `on` of every `of` Braille dots set. In whole
+    /// Returns a dashed horizontal line at `y`, with `on` of every `of` Braille dots set. In whole
     /// dots, so that all dashes look the same.
     pub fn level(&self, y: f64, [on, of]: [u32; 2]) -> impl Iterator<Item = Stroke> {
         let dashes = self.x.dashes(self.x.ends, [on, of]);
         dashes.map(move |[from, to]| [from, y, to, y])
     }
 
-    /// A vertical line at `x`, as [`BrailleCanvas::level`].
+    /// Returns a vertical line at `x`, as [`BrailleCanvas::level`].
     pub fn upright(&self, x: f64, [on, of]: [u32; 2]) -> impl Iterator<Item = Stroke> {
         let [top, bottom] = self.y.ends;
         let dashes = self.y.dashes([bottom, top], [on, of]);
@@ -173,7 +173,7 @@ impl BrailleCanvas {
     }
 }
 
-/// The pattern of a cell, or the empty pattern.
+/// Returns the pattern of a cell, or the empty pattern.
 fn pattern(symbol: &str) -> char {
     let there = symbol.chars().next();
     there
@@ -181,7 +181,7 @@ fn pattern(symbol: &str) -> char {
         .unwrap_or('\u{2800}')
 }
 
-/// `stroke` in `count` dashes, with gaps of the same length.
+/// Returns `stroke` in `count` dashes, with gaps of the same length.
 pub fn dashed(stroke: Stroke, count: u32) -> impl Iterator<Item = Stroke> {
     let [x1, y1, x2, y2] = stroke;
     let at = move |share: f64| (x1 + (x2 - x1) * share, y1 + (y2 - y1) * share);

@@ -42,7 +42,7 @@ pub struct Columns<'t> {
 }
 
 impl<'t> Columns<'t> {
-    /// The last seconds before `now`, over the width of `area`.
+    /// Creates the last seconds before `now`, over the width of `area`.
     pub fn new(now: f64, area: Rect, margin: usize, theme: &'t Theme) -> Self {
         let dots = BrailleCanvas::dots(columns(area, margin, usize::MAX), theme).0;
         // A start on a whole dot keeps the shape of the moving curve.
@@ -56,7 +56,7 @@ impl<'t> Columns<'t> {
         }
     }
 
-    /// The minimum and maximum of the visible values.
+    /// Returns the minimum and maximum of the visible values.
     pub fn ends(&self, past: &[(f64, f64)]) -> [f64; 2] {
         let seen = past.iter().filter(|point| point.0 >= self.times[0]);
         seen.fold(
@@ -65,8 +65,8 @@ impl<'t> Columns<'t> {
         )
     }
 
-    /// A chart of values in `range` in `area`, with a row for texts above and one for
-    /// times below as `edges` ask.
+    /// Returns a chart of values in `range` in `area`, with a row for texts above and one for times
+    /// below as `edges` ask.
     pub fn chart(&self, area: Rect, edges: [bool; 2], range: [f64; 2]) -> Chart {
         let [top, bottom] = edges.map(usize::from);
         let height = usize::from(area.height).saturating_sub(top + bottom);
@@ -159,10 +159,12 @@ impl Chart {
             let wide = width(&text);
             let column = usize::from(column - self.plot.x);
             // To the right of the line, or to the left at the edge of the screen.
-            let start = match column + wide <= free {
-                true => Some(column),
-                false if free == room => (column + 1).checked_sub(wide),
-                false => None,
+            let start = if column + wide <= free {
+                Some(column)
+            } else if free == room {
+                (column + 1).checked_sub(wide)
+            } else {
+                None
             };
             if let Some(start) = start {
                 row.put(start, 0, &text, theme.strong());
@@ -188,7 +190,7 @@ impl Chart {
         self.canvas.draw(pen, pairs.map(stroke), sheet.buf);
     }
 
-    /// The line through `past`, as an alarm at each value that is `lost`.
+    /// Returns the line through `past`, as an alarm at each value that is `lost`.
     pub fn curve(&self, past: &[(f64, f64)], lost: impl Fn(f64) -> bool, sheet: &mut Sheet<'_>) {
         let theme = sheet.theme;
         let lines = past.windows(2).map(stroke);
@@ -202,7 +204,7 @@ impl Chart {
     }
 }
 
-/// The line between two neighbouring points.
+/// Returns the line between two neighbouring points.
 fn stroke(pair: &[(f64, f64)]) -> Stroke {
     let [(x1, y1), (x2, y2)] = [pair[0], pair[1]];
     [x1, y1, x2, y2]

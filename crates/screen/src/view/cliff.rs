@@ -15,7 +15,7 @@ use super::{
 use crate::{cliff::CliffMap, survival_level::SurvivalLevel, theme::Theme};
 
 /// Maximum number of visible rows of seeds.
-const MOST_SEEDS: usize = 24;
+const MAX_SEEDS: usize = 24;
 
 /// Number of other rows: the total over all seeds, and two lines about the cursor.
 const OTHERS: usize = 3;
@@ -36,20 +36,20 @@ pub fn render(map: &CliffMap, mut sheet: Sheet<'_>) {
     let grid = Grid::new(map, theme, (sheet.width(), sheet.height()));
     let right = columns(sheet.area, sheet.width() - grid.size.0, grid.size.0);
     let place = rows(right, sheet.height() - grid.size.1, grid.size.1);
-    let mut sheet = sheet.part(place);
-    sheet.clear();
+    let mut cleared = sheet.part(place);
+    cleared.clear();
     let progress = match map.progress() {
         (done, all) if done < all => format!("{done} of {all} runs"),
         (_, all) => format!("{all} runs of {} s", map.sweep.base.end.as_secs_f64()),
     };
     // The progress has priority over the conditions.
-    let room = sheet.width().saturating_sub(width(&progress) + 4);
+    let room = cleared.width().saturating_sub(width(&progress) + 4);
     let name = clip(&title(map), room.max(TITLE.len()), theme);
-    let mut sheet = sheet.boxed(&name, Span::styled(progress, theme.faint()));
+    let mut pane = cleared.boxed(&name, Span::styled(progress, theme.faint()));
     let seeds = grid.seeds().map(|seed| grid.seed(seed));
     let lines = grid.axis().into_iter().chain([grid.all()]).chain(seeds);
     let said = said(map, theme).map(Line::raw);
-    sheet.lines(0, 0, lines.chain(said));
+    pane.lines(0, 0, lines.chain(said));
 }
 
 fn title(map: &CliffMap) -> String {
@@ -66,7 +66,7 @@ fn title(map: &CliffMap) -> String {
     }
 }
 
-/// The result at the cursor, and the results of all seeds at its rate.
+/// Returns the result at the cursor, and the results of all seeds at its rate.
 fn said(map: &CliffMap, theme: &Theme) -> [String; 2] {
     let (column, row) = map.at;
     let (x, y) = map.place();
@@ -81,8 +81,10 @@ fn said(map: &CliffMap, theme: &Theme) -> [String; 2] {
     };
     let (well, runs) = map.survival(column);
     let verdicts = map.sweep.system.verdicts().iter();
-    let word = verdicts.map(|kind| kind.name.replace('_', " ")).next();
-    let word = word.unwrap_or_default();
+    let word = verdicts
+        .map(|kind| kind.name.replace('_', " "))
+        .next()
+        .unwrap_or_default();
     let all = match map.only_seed() {
         None => format!("{x}: {well} of {runs} seeds {word}"),
         Some(_) => SurvivalLevel::key(&word, theme),
@@ -105,7 +107,7 @@ struct Grid<'a> {
 }
 
 impl<'a> Grid<'a> {
-    /// The layout for an area of some width and height.
+    /// Creates the layout for an area of some width and height.
     fn new(map: &'a CliffMap, theme: &'a Theme, area: (usize, usize)) -> Self {
         let labels = (0..map.rows.len()).map(|row| map.row_label(row).len());
         // A sign, the number, a blank.
@@ -115,7 +117,7 @@ impl<'a> Grid<'a> {
         let room = area.0.saturating_sub(label + BORDERS);
         let cell = if 2 * rates.len() <= room { 2 } else { 1 };
         let wide = label + cell * rates.len() + BORDERS;
-        let high = digits + MOST_SEEDS.min(map.rows.len()) + OTHERS + BORDERS;
+        let high = digits + MAX_SEEDS.min(map.rows.len()) + OTHERS + BORDERS;
         Self {
             map,
             theme,
@@ -126,7 +128,7 @@ impl<'a> Grid<'a> {
         }
     }
 
-    /// The visible seeds, around the one at the cursor.
+    /// Returns the visible seeds, around the one at the cursor.
     fn seeds(&self) -> Range<usize> {
         let count = self.map.rows.len();
         let others = self.digits + OTHERS + BORDERS;
@@ -135,20 +137,21 @@ impl<'a> Grid<'a> {
         first..first + room
     }
 
-    /// The rates, written downwards, with the one at the cursor highlighted.
+    /// Returns the rates, written downwards, with the one at the cursor highlighted.
     fn axis(&self) -> Vec<Line<'static>> {
         let theme = self.theme;
         let heading = self.map.x.heading();
         let unit = heading.rsplit(' ').next().filter(|unit| unit.len() == 2);
         let rows = (0..self.digits).map(|row| {
-            let unit = unit.filter(|_| row + 1 == self.digits).unwrap_or_default();
-            let label = pad(&format!(" {unit}"), self.label, theme);
+            let unit_here = unit.filter(|_| row + 1 == self.digits).unwrap_or_default();
+            let label = pad(&format!(" {unit_here}"), self.label, theme);
             let columns = self.map.columns.iter().enumerate();
             let letters = columns.map(|(rate, value)| {
                 let text = format!("{:>digits$}", value.text, digits = self.digits);
-                let style = match rate == self.map.at.0 {
-                    true => theme.strong().add_modifier(Modifier::REVERSED),
-                    false => theme.faint(),
+                let style = if rate == self.map.at.0 {
+                    theme.strong().add_modifier(Modifier::REVERSED)
+                } else {
+                    theme.faint()
                 };
                 (pad(&text[row..=row], self.cell, theme), style)
             });
@@ -157,7 +160,7 @@ impl<'a> Grid<'a> {
         rows.collect()
     }
 
-    /// The number of runs held over all seeds, by rate.
+    /// Returns the number of runs held over all seeds, by rate.
     fn all(&self) -> Line<'static> {
         let label = pad(&format!(" {ALL}"), self.label, self.theme);
         let columns = 0..self.map.columns.len();
@@ -165,12 +168,13 @@ impl<'a> Grid<'a> {
         self.row((label, self.theme.strong()), survivals)
     }
 
-    /// The runs of a seed.
+    /// Returns the runs of a seed.
     fn seed(&self, seed: usize) -> Line<'static> {
         let here = seed == self.map.at.1;
-        let (mark, style) = match here {
-            true => ("▸", self.theme.strong()),
-            false => (" ", self.theme.faint()),
+        let (mark, style) = if here {
+            ("▸", self.theme.strong())
+        } else {
+            (" ", self.theme.faint())
         };
         let number = self.map.row_label(seed);
         let label = format!("{mark}{number:>digits$} ", digits = self.label - 2);
@@ -183,7 +187,7 @@ impl<'a> Grid<'a> {
         self.row((label, style), outcomes)
     }
 
-    /// A label, and cells of numbers of runs held and of finished runs, with the chosen one
+    /// Returns a label, and cells of numbers of runs held and of finished runs, with the chosen one
     /// highlighted.
     fn row(
         &self,
@@ -191,10 +195,11 @@ impl<'a> Grid<'a> {
         survivals: impl Iterator<Item = ((usize, usize), bool)>,
     ) -> Line<'static> {
         let cells = survivals.map(|((well, runs), chosen)| {
-            let level = SurvivalLevel::of(well, runs);
-            let style = match chosen {
-                true => level.style(self.theme).add_modifier(Modifier::REVERSED),
-                false => level.style(self.theme),
+            let level = SurvivalLevel::new(well, runs);
+            let style = if chosen {
+                level.style(self.theme).add_modifier(Modifier::REVERSED)
+            } else {
+                level.style(self.theme)
             };
             (level.glyph(self.theme).repeat(self.cell), style)
         });

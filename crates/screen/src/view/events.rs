@@ -20,33 +20,33 @@ use crate::{
 const TIME_COLUMNS: usize = 10;
 
 /// Number of events with priority over the last lines of an explanation.
-const LEAST_EVENTS: usize = 1;
+const MIN_EVENTS: usize = 1;
 
 /// Draws the verdict, then events with the newest last, then the notice. The line of the
 /// notice is always reserved, for a stable layout.
 pub fn render(verdict: &VerdictData, events: &[Event], notice: Option<&str>, sheet: Sheet<'_>) {
-    let sheet = sheet.boxed("5 events", Span::default());
-    let margin = margin(sheet.width());
-    let mut sheet = sheet.inset(margin);
-    let (theme, height) = (sheet.theme, sheet.height());
-    sheet.line(0, 0, &headline(verdict, theme));
+    let pane = sheet.boxed("5 events", Span::default());
+    let margin = margin(pane.width());
+    let mut inside = pane.inset(margin);
+    let (theme, height) = (inside.theme, inside.height());
+    inside.line(0, 0, &headline(verdict, theme));
     let bottom = height.saturating_sub(1);
     let reserved = usize::from(height >= 4 || (notice.is_some() && height >= 2));
     if let Some(notice) = notice.filter(|_| reserved > 0) {
-        sheet.put(0, bottom, notice, theme.strong());
+        inside.put(0, bottom, notice, theme.strong());
     }
     let free = bottom.saturating_sub(reserved);
-    let room = free.saturating_sub(LEAST_EVENTS.min(events.len()));
-    let why = explanation(&verdict.why, sheet.width(), room, theme);
+    let room = free.saturating_sub(MIN_EVENTS.min(events.len()));
+    let why = explanation(&verdict.why, inside.width(), room, theme);
     let explained = why.len();
-    sheet.lines(2, 1, why.into_iter().map(Line::raw));
+    inside.lines(2, 1, why.into_iter().map(Line::raw));
     let blank = usize::from(explained + events.len() < free);
     let shown = events.len().min(free - explained - blank);
     let events = events[events.len() - shown..].iter();
-    sheet.lines(0, 1 + explained + blank, events.map(|of| event(of, theme)));
+    inside.lines(0, 1 + explained + blank, events.map(|of| event(of, theme)));
 }
 
-/// Width of a line in a pane of the size of `area`.
+/// Returns the width of a line in a pane of the size of `area`.
 pub fn room(area: Rect) -> usize {
     let inner = usize::from(area.width.saturating_sub(2));
     inner - 2 * margin(inner)
@@ -56,7 +56,7 @@ fn margin(width: usize) -> usize {
     usize::from(width > 20)
 }
 
-/// The verdict in a line.
+/// Returns the verdict in a line.
 pub fn headline(verdict: &VerdictData, theme: &Theme) -> Line<'static> {
     let (glyph, style) = match verdict.standing {
         Standing::Good => ("✓", theme.good()),
@@ -81,7 +81,7 @@ fn explanation(why: &[String], width: usize, most: usize, theme: &Theme) -> Vec<
     lines
 }
 
-/// An event with its time in a column of its own.
+/// Returns an event with its time in a column of its own.
 fn event(event: &Event, theme: &Theme) -> Line<'static> {
     let text = event.to_string();
     let (time, what) = text.split_once(": ").unwrap_or(("", &text));

@@ -26,7 +26,7 @@ const LATENCY_COLUMNS: usize = 40;
 const GAP: usize = 3;
 
 /// Rows of a histogram: its bars, and the axis below them.
-const LEAST_HISTOGRAM: usize = 3;
+const MIN_HISTOGRAM: usize = 3;
 const BEST_HISTOGRAM: usize = 8;
 
 /// Width of a latency figure with its name and unit, and the blanks after it.
@@ -69,18 +69,18 @@ pub(super) const NODE_COLUMNS: [TableColumn<NodeData>; 6] = [
 
 /// Draws what fits: topics first, then latency, then nodes.
 pub fn render(frame: &FrameData, sheet: Sheet<'_>) {
-    let sheet = sheet.boxed("4 figures", Span::default());
+    let pane = sheet.boxed("4 figures", Span::default());
     // A blank column on each side, if there is room.
-    let margin = usize::from(sheet.width() > 40);
-    let mut sheet = sheet.inset(margin);
-    let height = sheet.height();
+    let margin = usize::from(pane.width() > 40);
+    let mut inside = pane.inset(margin);
+    let height = inside.height();
     match &frame.latency {
-        Some(latency) if sheet.width() >= WIDE => side_by_side_with(frame, latency, sheet),
-        Some(latency) => stacked(frame, latency, sheet),
+        Some(latency) if inside.width() >= WIDE => side_by_side_with(frame, latency, inside),
+        Some(latency) => stacked(frame, latency, inside),
         None => {
-            let used = topics(frame, &mut sheet);
+            let used = topics(frame, &mut inside);
             let blank = usize::from(used + 2 + frame.nodes.len() <= height);
-            nodes(frame, sheet.rows(used + blank, usize::MAX));
+            nodes(frame, inside.rows(used + blank, usize::MAX));
         }
     }
 }
@@ -93,13 +93,13 @@ fn side_by_side_with(frame: &FrameData, latency: &LatencyData, mut sheet: Sheet<
     let mut tables = sheet.part(left);
     let used = topics(frame, &mut tables);
     nodes(frame, tables.rows(used + 1, usize::MAX));
-    let mut sheet = sheet.part(right);
-    let lines = latency_lines(frame, latency, &sheet);
+    let mut beside = sheet.part(right);
+    let lines = latency_lines(frame, latency, &beside);
     let used = lines.len();
-    sheet.lines(0, 0, lines);
-    let bars = sheet.height().saturating_sub(used + 1).min(BEST_HISTOGRAM);
-    if bars >= LEAST_HISTOGRAM {
-        histogram::render(latency, sheet.rows(used + 1, bars));
+    beside.lines(0, 0, lines);
+    let bars = beside.height().saturating_sub(used + 1).min(BEST_HISTOGRAM);
+    if bars >= MIN_HISTOGRAM {
+        histogram::render(latency, beside.rows(used + 1, bars));
     }
 }
 
@@ -110,14 +110,14 @@ fn stacked(frame: &FrameData, latency: &LatencyData, mut sheet: Sheet<'_>) {
     // Blank lines only if everything fits.
     let table = 1 + frame.nodes.len();
     let lines = latency_lines(frame, latency, &sheet);
-    let least = used + lines.len() + LEAST_HISTOGRAM + table;
+    let least = used + lines.len() + MIN_HISTOGRAM + table;
     let blank = usize::from(least + 2 <= height);
     used += blank;
     let below = used + lines.len();
     sheet.lines(0, used, lines);
     used = below;
     let spare = height.saturating_sub(used + blank + table);
-    let bars = spare.clamp(LEAST_HISTOGRAM, BEST_HISTOGRAM);
+    let bars = spare.clamp(MIN_HISTOGRAM, BEST_HISTOGRAM);
     if used + bars + table <= height {
         histogram::render(latency, sheet.rows(used, bars));
         used += bars;
@@ -150,17 +150,17 @@ fn number(number: u64) -> Span<'static> {
     count(number, 6).into()
 }
 
-/// A duration of a distribution in milliseconds, or a dash without samples.
+/// Returns a duration of a distribution in milliseconds, or a dash without samples.
 fn ms(of: &Quantiles, duration: Duration) -> Span<'static> {
     quantile(of, millis::text(millis::to_millis(duration)))
 }
 
-/// A duration of a distribution in microseconds, or a dash without samples.
+/// Returns a duration of a distribution in microseconds, or a dash without samples.
 fn us(of: &Quantiles, duration: Duration) -> Span<'static> {
     quantile(of, format!("{:.0}", duration.as_secs_f64() * 1e6))
 }
 
-/// A lateness in microseconds, or a dash for a node none of whose ticks was late.
+/// Returns a lateness in microseconds, or a dash for a node none of whose ticks was late.
 fn late(of: &Quantiles, lateness: Duration) -> Span<'static> {
     if of.max.is_zero() {
         "-".into()
@@ -176,7 +176,7 @@ fn quantile(of: &Quantiles, text: String) -> Span<'static> {
     }
 }
 
-/// The figures of the latency, and below them the greatest push age and reaction time of
+/// Returns the figures of the latency, and below them the greatest push age and reaction time of
 /// late, which theory equates.
 fn latency_lines(
     frame: &FrameData,
@@ -195,8 +195,8 @@ fn latency_lines(
         ("p99", some(figures.p99)),
         ("max", some(figures.max)),
         ("now", latency.newest),
-    ];
-    let entries = entries.map(|(name, seconds)| {
+    ]
+    .map(|(name, seconds)| {
         let ms = seconds.map_or("-".to_owned(), |seconds| millis::text(seconds * 1e3));
         line([
             (name.to_owned(), theme.faint()),
@@ -205,8 +205,8 @@ fn latency_lines(
     });
     let names = [&*name].into_iter().chain(["", "", ""]);
     let rows = entries.chunks(across).zip(names).map(|(entries, name)| {
-        let entries = entries.iter().cloned();
-        let entries = side_by_side(entries, LATENCY_GAP, room_beside, theme);
+        let cells = entries.iter().cloned();
+        let entries = side_by_side(cells, LATENCY_GAP, room_beside, theme);
         let blank = pad("", begin - width(name), theme);
         let mut whole = line([(name.to_owned(), theme.faint()), (blank, Style::new())]);
         whole.spans.extend(entries.spans);

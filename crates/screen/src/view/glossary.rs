@@ -7,11 +7,13 @@ const GLOSSARY: &str = include_str!("glossary.txt");
 /// The words of plans in the same form.
 const OF_PLANS: &str = include_str!("glossary_plans.txt");
 
-/// The words of each row and their meaning, with the words of plans if `planned`.
+/// Returns the words of each row and their meaning, with the words of plans if `planned`.
 pub fn glossary(planned: bool) -> impl Iterator<Item = (&'static str, &'static str)> {
     let of_plans = OF_PLANS.lines().filter(move |_| planned);
-    let rows = GLOSSARY.lines().chain(of_plans);
-    let rows = rows.filter_map(|row| row.split_once("  "));
+    let rows = GLOSSARY
+        .lines()
+        .chain(of_plans)
+        .filter_map(|row| row.split_once("  "));
     rows.map(|(words, meaning)| (words, meaning.trim_start()))
 }
 
@@ -43,9 +45,10 @@ mod tests {
     #[test]
     fn every_word_of_the_panes_is_in_the_glossary() {
         let topics = TOPIC_COLUMNS.into_iter().map(|column| column.head);
-        let heads = topics.chain(NODE_COLUMNS.into_iter().map(|column| column.head));
-        let heads = heads.flat_map(|head| head.split(' '));
-        let heads = heads.filter(|word| !["ms", "µs", "Hz"].contains(word));
+        let heads = topics
+            .chain(NODE_COLUMNS.into_iter().map(|column| column.head))
+            .flat_map(|head| head.split(' '))
+            .filter(|word| !["ms", "µs", "Hz"].contains(word));
         let parts = PARTS.map(|[_, word]| word).into_iter();
         let marks = LEGEND.iter().map(|(_, _, word)| *word);
         let elsewhere = ELSEWHERE.split(", ");

@@ -62,7 +62,7 @@ fn axis(latency: &LatencyData, used: usize, per_column: f64, mut sheet: Sheet<'_
     }
 }
 
-/// The label of the period below its `column` of the bars, between columns `from` and `to`,
+/// Returns the label of the period below its `column` of the bars, between columns `from` and `to`,
 /// and where it begins.
 fn period(
     text: &str,

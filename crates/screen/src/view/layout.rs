@@ -11,7 +11,7 @@ use crate::panes::{Pane, Panes};
 const REST: Constraint = Fill(1);
 
 /// The smallest screen with any content but its own size.
-pub const LEAST: Size = Size::new(40, 12);
+pub const MIN_SIZE: Size = Size::new(40, 12);
 
 /// The smallest screen with all panes at once.
 const ALL_PANES: Size = Size::new(80, 24);
@@ -50,7 +50,7 @@ impl ScreenLayout {
     /// Divides `area`, which [is enough](is_enough), between the panes that `exist`. The
     /// focused pane gets all of it if it is zoomed or the screen is small. The lines are
     /// the heights for the age and for a scrubber.
-    pub fn of(
+    pub fn new(
         area: Rect,
         Panes { focus, zoomed, .. }: Panes,
         [age, scrubber]: [u16; 2],
@@ -84,17 +84,17 @@ impl ScreenLayout {
     }
 }
 
-/// Whether `area` is large enough for any content.
+/// Returns whether `area` is large enough for any content.
 pub fn is_enough(area: Rect) -> bool {
-    fits(LEAST, area)
+    fits(MIN_SIZE, area)
 }
 
-/// Whether only one pane is shown in `area`.
+/// Returns whether only one pane is shown in `area`.
 pub fn is_single(area: Rect, zoomed: bool) -> bool {
     zoomed || !fits(ALL_PANES, area)
 }
 
-/// Whether `area` is large enough for generous spacing.
+/// Returns whether `area` is large enough for generous spacing.
 pub fn is_roomy(area: Rect) -> bool {
     fits(ROOMY, area)
 }
@@ -103,7 +103,7 @@ fn fits(size: Size, area: Rect) -> bool {
     area.width >= size.width && area.height >= size.height
 }
 
-/// The graph on top; below it the plant and the figures on the left, and all panes over
+/// Returns the graph on top; below it the plant and the figures on the left, and all panes over
 /// time on the right.
 fn two_columns(body: Rect) -> Vec<(Pane, Rect)> {
     let [graph, below] = rows(body, [Length(11), REST]);
@@ -120,8 +120,8 @@ fn two_columns(body: Rect) -> Vec<(Pane, Rect)> {
     ]
 }
 
-/// The graph on top, and below it the plant and the signal, or the signal and the figures, or
-/// the focused pane in their place.
+/// Returns the graph on top, and below it the plant and the signal, or the signal and the figures,
+/// or the focused pane in their place.
 fn few_panes(body: Rect, focus: Pane, exist: impl Fn(Pane) -> bool) -> Vec<(Pane, Rect)> {
     // The tables of the figures need more rows.
     let height = if focus == Pane::Figures { 5 } else { 7 };
@@ -174,7 +174,7 @@ fn all_panes(
     ]
 }
 
-/// The percentage of the plant beside the signal, `usual` if both exist.
+/// Returns the percentage of the plant beside the signal, `usual` if both exist.
 fn share(usual: u16, exist: impl Fn(Pane) -> bool) -> u16 {
     match (exist(Pane::Plant), exist(Pane::Signal)) {
         (true, true) => usual,

@@ -2,8 +2,8 @@
 //!
 //! To add a pane: a variant of [`Pane`] in `panes.rs`, and in its list; a file here that draws it,
 //! with an arm in `has` and `render_pane`; its place in `layout.rs`; its text in `explain.rs`; its
-//! key in the row of panes in `app/keys/tables.rs`. What it shows is in `frame.rs`, or comes to be
-//! there, from `sampler/`; its row in `docs/commands.md` and the snapshots follow.
+//! key in the row of panes in `app/keys/tables.rs`. Data that it needs and `frame.rs` lacks comes
+//! from `sampler/`. Then update its row in `docs/commands.md` and the snapshots.
 
 mod age;
 mod bottom;
@@ -88,7 +88,7 @@ pub struct ScreenState<'a> {
 }
 
 impl ScreenState<'_> {
-    /// Whether `pane` has content.
+    /// Returns whether `pane` has content.
     pub fn has(&self, pane: Pane) -> bool {
         match pane {
             Pane::Plant => self.has_picture(),
@@ -100,14 +100,14 @@ impl ScreenState<'_> {
         }
     }
 
-    /// The lines below the top one on a screen of the size of `area`: the push age, the
+    /// Returns the lines below the top one on a screen of the size of `area`: the push age, the
     /// state of the run with its cause, and the parts of the push; none without an age.
     fn head(&self, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
         if !self.has_age() {
             return Vec::new();
         }
         let room = usize::from(area.width);
-        let has_parts = area.height >= LEAST_FOR_PARTS;
+        let has_parts = area.height >= MIN_FOR_PARTS;
         let push = self.frame.push.as_ref().filter(|_| has_parts);
         let age = age::age_line(self.frame.age.as_ref(), push, room, theme);
         let mut lines = vec![age];
@@ -119,9 +119,9 @@ impl ScreenState<'_> {
         lines
     }
 
-    /// The state of the run and its cause, across the screen, if the pane of events is too
-    /// small. Beside several panes always the same number of lines, for a stable layout: a
-    /// single pane has the verdict below it.
+    /// Returns the state of the run and its cause, across the screen, if the pane of events is too
+    /// small. Beside several panes always the same number of lines, for a stable layout: a single
+    /// pane has the verdict below it.
     fn verdict_lines(&self, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
         let single = layout::is_single(area, self.panes.zoomed);
         if layout::is_roomy(area) && !single {
@@ -129,31 +129,30 @@ impl ScreenState<'_> {
         }
         let room = usize::from(area.width).saturating_sub(1);
         let verdict = &self.frame.verdict;
-        let why = verdict.why.iter();
-        let why = why.flat_map(|why| broken(why, room, theme));
-        let why = why.map(|why| Line::raw(format!(" {why}")));
+        let why = verdict.why.iter().flat_map(|why| broken(why, room, theme));
+        let why_lines = why.map(|why| Line::raw(format!(" {why}")));
         if single {
             let most = match self.panes.focus {
                 Pane::Events => 0,
                 _ => VERDICT_LINES - 1,
             };
-            return why.take(most).collect();
+            return why_lines.take(most).collect();
         }
         let mut headline = events::headline(verdict, theme);
         headline.spans.insert(0, " ".into());
-        let mut lines: Vec<_> = [headline].into_iter().chain(why).collect();
-        let most = VERDICT_LINES + usize::from(area.height >= LEAST_FOR_PARTS);
+        let mut lines: Vec<_> = [headline].into_iter().chain(why_lines).collect();
+        let most = VERDICT_LINES + usize::from(area.height >= MIN_FOR_PARTS);
         let count = lines.len().clamp(VERDICT_LINES, most);
         lines.resize(count, Line::default());
         lines
     }
 
-    /// Whether there is an age, or will be one.
+    /// Returns whether there is an age, or will be one.
     fn has_age(&self) -> bool {
         self.frame.age.is_some() || self.system.latency().is_some()
     }
 
-    /// Whether the system has a picture, or may have one after the first state.
+    /// Returns whether the system has a picture, or may have one after the first state.
     fn has_picture(&self) -> bool {
         let state = &self.frame.state;
         self.system.state().is_some() && (state.is_empty() || self.system.picture(state).is_some())
@@ -161,7 +160,7 @@ impl ScreenState<'_> {
 }
 
 /// Minimum height of a screen with the parts of an age.
-const LEAST_FOR_PARTS: u16 = 20;
+const MIN_FOR_PARTS: u16 = 20;
 
 /// Lines of a verdict and its cause on a small screen.
 const VERDICT_LINES: usize = 3;
@@ -182,7 +181,7 @@ fn render_parts(shown: &ScreenState<'_>, mut sheet: Sheet<'_>) {
     let head = shown.head(area, theme);
     let scrubber = u16::from(shown.scrubber.is_some());
     let heights = [sheet::clamp(head.len()), scrubber];
-    let layout = ScreenLayout::of(area, shown.panes, heights, |pane| shown.has(pane));
+    let layout = ScreenLayout::new(area, shown.panes, heights, |pane| shown.has(pane));
     let name = shown.system.name();
     status::render(name, shown.frame, &shown.extra, sheet.part(layout.status));
     sheet.part(layout.age).lines(0, 0, head);
@@ -207,11 +206,13 @@ fn render_parts(shown: &ScreenState<'_>, mut sheet: Sheet<'_>) {
     bottom::render(shown, &layout, sheet);
 }
 
-/// The place of a page beside the panes to look at: that of the signal, if there are several.
+/// Returns the place of a page beside the panes to look at: that of the signal, if there are
+/// several.
 fn place_aside(layout: &ScreenLayout) -> Rect {
     let mut panes = layout.panes.iter();
-    let signal = panes.find(|(pane, _)| *pane == Pane::Signal);
-    let signal = signal.filter(|_| layout.panes.len() > 1);
+    let signal = panes
+        .find(|(pane, _)| *pane == Pane::Signal)
+        .filter(|_| layout.panes.len() > 1);
     signal.map_or(layout.body, |(_, area)| *area)
 }
 
@@ -247,7 +248,7 @@ fn verdict_line(shown: &ScreenState<'_>, mut sheet: Sheet<'_>) {
 }
 
 fn too_small(mut sheet: Sheet<'_>) {
-    let (least, is) = (layout::LEAST, sheet.area);
+    let (least, is) = (layout::MIN_SIZE, sheet.area);
     let text = format!(
         "ratelab needs {}x{}, this is {}x{}",
         least.width, least.height, is.width, is.height

@@ -15,35 +15,37 @@ const COLUMN: usize = 20;
 pub fn render(overlap: &OverlapView, sheet: Sheet<'_>) {
     let (theme, done, all) = (sheet.theme, overlap.done, overlap.operations.len());
     let about = format!(" ticks that overlap, operation {done} of {all} ");
-    let mut sheet = sheet.boxed("6 timeline", Span::styled(about, theme.faint()));
-    let column = sheet.width().saturating_sub(3) / overlap.lanes.len().max(1);
+    let mut pane = sheet.boxed("6 timeline", Span::styled(about, theme.faint()));
+    let column = pane.width().saturating_sub(3) / overlap.lanes.len().max(1);
     let columns = column >= COLUMN;
     let place = |lane: usize| 3 + if columns { lane * column } else { 0 };
     for (lane, name) in overlap.lanes.iter().enumerate().filter(|_| columns) {
         let name = clip(name, column - 1, theme);
-        sheet.put(place(lane), 0, &name, theme.strong());
+        pane.put(place(lane), 0, &name, theme.strong());
     }
     let head = usize::from(columns);
-    let rows = sheet.height().saturating_sub(head);
-    let first = done.saturating_sub(rows.div_ceil(2));
-    let first = first.min(all.saturating_sub(rows));
+    let rows = pane.height().saturating_sub(head);
+    let first = done
+        .saturating_sub(rows.div_ceil(2))
+        .min(all.saturating_sub(rows));
     let shown = overlap.operations.iter().enumerate().skip(first).take(rows);
     for (number, (lane, what)) in shown {
         let row = head + number - first;
         let style = match number + 1 {
             next if next == done => {
                 let style = theme.active().add_modifier(Modifier::BOLD);
-                sheet.put(1, row, "▶", style);
+                pane.put(1, row, "▶", style);
                 style
             }
             next if next < done => Style::new(),
             _ => theme.faint(),
         };
-        let what = match columns {
-            true => clip(what, column - 1, theme),
-            false => format!("{} {what}", overlap.lanes[*lane]),
+        let what = if columns {
+            clip(what, column - 1, theme)
+        } else {
+            format!("{} {what}", overlap.lanes[*lane])
         };
-        sheet.put(place(*lane), row, &what, style);
+        pane.put(place(*lane), row, &what, style);
     }
 }
 

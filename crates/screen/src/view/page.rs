@@ -34,7 +34,7 @@ pub struct Page {
     /// In their place keys and their actions, the most important first, or words and their
     /// meanings: in two columns if one is too high.
     pub rows: Vec<(&'static str, &'static str)>,
-    /// The text of the input line, if there is one.
+    /// The text of the input line, if any.
     pub typed: Option<String>,
     /// Keys and their actions, below it.
     pub hint: &'static str,
@@ -55,18 +55,19 @@ pub fn render(page: &Page, mut sheet: Sheet<'_>) {
     let wide = (wide + EDGES).min(sheet.width());
     let high = (lines.len() + page.below() + BORDERS).min(sheet.height());
     let spare = [sheet.width() - wide, sheet.height() - high];
-    let [left, top] = match page.aside {
-        true => [0, spare[1]],
-        false => spare.map(|spare| spare / 2),
+    let [left, top] = if page.aside {
+        [0, spare[1]]
+    } else {
+        spare.map(|spare| spare / 2)
     };
     let place = rows(columns(sheet.area, left, wide), top, high);
-    let mut sheet = sheet.part(place);
-    sheet.clear();
-    page.fill(lines, sheet.boxed(&page.title, Span::default()));
+    let mut cleared = sheet.part(place);
+    cleared.clear();
+    page.fill(lines, cleared.boxed(&page.title, Span::default()));
 }
 
 impl Page {
-    /// A page of paragraphs.
+    /// Creates a page of paragraphs.
     pub fn text(title: impl Into<String>, text: String, hint: &'static str) -> Self {
         Self {
             title: title.into(),
@@ -76,7 +77,7 @@ impl Page {
         }
     }
 
-    /// A page of keys or words.
+    /// Creates a page of keys or words.
     pub fn rows(title: &str, rows: Vec<(&'static str, &'static str)>) -> Self {
         Self {
             title: title.to_owned(),
@@ -85,15 +86,14 @@ impl Page {
         }
     }
 
-    /// The content in lines for an area of `size`, and their width.
+    /// Returns the content in lines for an area of `size`, and their width.
     fn lines(&self, theme: &Theme, size: (usize, usize)) -> (Vec<Line<'static>>, usize) {
         if !self.rows.is_empty() {
             let (lines, wide) = in_columns(&self.rows, theme, size);
             return (lines, wide.max(self.title.len()));
         }
         let room = size.0.saturating_sub(EDGES).min(WIDEST);
-        let lines = self.text.lines();
-        let lines = lines.flat_map(|line| broken(line, room, theme));
+        let lines = self.text.lines().flat_map(|line| broken(line, room, theme));
         (lines.map(Line::raw).collect(), room)
     }
 
@@ -132,7 +132,7 @@ impl Page {
         sheet.put(1, height.saturating_sub(1), &hint, theme.faint());
     }
 
-    /// The hint, or else the numbers of lines above and below those in sight.
+    /// Returns the hint, or else the numbers of lines above and below the visible ones.
     fn last_line(&self, first: usize, rest: usize) -> String {
         let (above, below) = (format!("↑ {first} above"), format!("↓ {rest} below"));
         match (self.hint, first, rest) {
@@ -145,7 +145,7 @@ impl Page {
     }
 }
 
-/// `rows` in lines for an area of `size`, in one column or in two, and their width.
+/// Returns `rows` in lines for an area of `size`, in one column or in two, and their width.
 fn in_columns(
     rows: &[(&str, &str)],
     theme: &Theme,
@@ -160,9 +160,10 @@ fn in_columns(
     let column = keys + KEY_GAP + meanings;
     let both = 2 * column + COLUMN_GAP;
     let low = rows.len() + BORDERS <= size.1;
-    let (columns, wide) = match both + EDGES <= size.0 && !low {
-        true => (2, both),
-        false => (1, column),
+    let (columns, wide) = if both + EDGES <= size.0 && !low {
+        (2, both)
+    } else {
+        (1, column)
     };
     let high = rows.len().div_ceil(columns);
     let lines = (0..high).map(|down| {

@@ -39,9 +39,10 @@ pub fn render(plan: &PlanData, mut sheet: Sheet<'_>) {
     for cell in 0..cells {
         let (x, first) = (SIDES[0] + cell, cell * each);
         let past = first <= plan.now;
-        let (above, below) = match past {
-            true => (theme.strong(), theme.faint()),
-            false => (theme.faint(), theme.active()),
+        let (above, below) = if past {
+            (theme.strong(), theme.faint())
+        } else {
+            (theme.faint(), theme.active())
         };
         let around = plan.around.get(first).copied().flatten();
         let glyph = |value: f64| level(value / scale, theme.ascii).to_string();
@@ -63,15 +64,16 @@ pub fn render(plan: &PlanData, mut sheet: Sheet<'_>) {
     };
     sheet.put(x, 0, &above, style);
     sheet.put(x, 1, plan.kind, theme.faint());
-    let (left, style) = match plan.left.is_zero() {
-        true => ("✖ is over".to_owned(), theme.alarm_line()),
-        false => (format!("{} ms left", plan.left.as_millis()), theme.strong()),
+    let (left, style) = if plan.left.is_zero() {
+        ("✖ is over".to_owned(), theme.alarm_line())
+    } else {
+        (format!("{} ms left", plan.left.as_millis()), theme.strong())
     };
     sheet.put(x, 2, &left, style);
 }
 
-/// The action that the last sign stands for: the greatest one, or so often half of it as all
-/// actions allow.
+/// Returns the action that the last sign stands for: the greatest one, or so often half of it as
+/// all actions allow.
 fn scale(plan: &PlanData) -> f64 {
     let all = plan.actions.iter().chain(plan.around.iter().flatten());
     let needed = all.fold(0.0, |most: f64, action| most.max(action.abs()));
@@ -79,7 +81,7 @@ fn scale(plan: &PlanData) -> f64 {
     scales.rfind(|scale| *scale >= needed).unwrap_or(plan.most)
 }
 
-/// The sign for `share` of the greatest action, −1 to 1.
+/// Returns the sign for `share` of the greatest action, −1 to 1.
 fn level(share: f64, ascii: bool) -> char {
     let levels = if ascii { ASCII_LEVELS } else { LEVELS };
     let place = (share + 1.0) / 2.0 * levels.len() as f64;

@@ -35,7 +35,7 @@ pub fn render(playback: &Playback, mut sheet: Sheet<'_>) {
     sheet.put(end, 0, &right, Style::new());
 }
 
-/// The column of `at`, out of `columns`.
+/// Returns the column of `at`, out of `columns`.
 fn column(playback: &Playback, at: Time, columns: usize) -> usize {
     let whole = playback.ends().since(playback.begins).as_secs_f64();
     let part = at.since(playback.begins).as_secs_f64();

@@ -25,28 +25,27 @@ pub struct Sheet<'a> {
 }
 
 impl<'a> Sheet<'a> {
-    /// The part of `area` that is on the screen.
+    /// Clips `area` to the screen.
     pub fn new(theme: &'a Theme, focused: bool, area: Rect, buf: &'a mut Buffer) -> Self {
-        let area = area.intersection(buf.area);
         Self {
             theme,
             focused,
-            area,
+            area: area.intersection(buf.area),
             buf,
         }
     }
 
-    /// Number of columns.
+    /// Returns the number of columns.
     pub fn width(&self) -> usize {
         usize::from(self.area.width)
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn height(&self) -> usize {
         usize::from(self.area.height)
     }
 
-    /// The part in `area`.
+    /// Returns the part in `area`.
     pub fn part(&mut self, area: Rect) -> Sheet<'_> {
         Sheet::new(self.theme, self.focused, area, self.buf)
     }
@@ -69,9 +68,10 @@ impl<'a> Sheet<'a> {
 
     /// Draws a box and returns its inside. `right` is left out if it would touch the title.
     pub fn boxed(mut self, title: &str, right: Span<'_>) -> Self {
-        let style = match self.focused {
-            true => self.theme.strong(),
-            false => self.theme.faint(),
+        let style = if self.focused {
+            self.theme.strong()
+        } else {
+            self.theme.faint()
         };
         let room = self.width().saturating_sub(2);
         let title = clip(title, room, self.theme);
@@ -88,7 +88,7 @@ impl<'a> Sheet<'a> {
         Self { area, ..self }
     }
 
-    /// Whether it is not empty and all its cells show `symbol`.
+    /// Returns whether it is not empty and all its cells show `symbol`.
     pub fn shows(&self, symbol: &str) -> bool {
         let symbol = plain(symbol, self.theme);
         let mut cells = self.area.positions().map(|at| &self.buf[at]);
@@ -154,7 +154,7 @@ pub fn columns(area: Rect, first: usize, count: usize) -> Rect {
     Rect { x, width, ..area }
 }
 
-/// A length on the screen, which cannot exceed `u16`.
+/// Returns a length on the screen, which cannot exceed `u16`.
 pub fn clamp(length: usize) -> u16 {
     u16::try_from(length).unwrap_or(u16::MAX)
 }

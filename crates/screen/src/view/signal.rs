@@ -29,7 +29,7 @@ const WIDEST: f64 = 1e6;
 const LONGEST_UNIT: usize = 4;
 
 /// Minimum size of a chart with labels; a smaller one has the line alone.
-const LEAST: (usize, usize) = (30, 5);
+const MIN_SIZE: (usize, usize) = (30, 5);
 
 /// Minimum height for two charts, and for two with the range of a task in the upper one.
 const TALL: usize = 7;
@@ -42,7 +42,7 @@ const GHOST_LEGEND: &str = "╌╌ last run";
 const AGE_TITLE: &str = "age of the push (ms)";
 
 /// Minimum upper end of the axis of ages (ms).
-const LEAST_AGE_MS: f64 = 40.0;
+const MIN_AGE_MS: f64 = 40.0;
 
 /// Draws the trace up to `now`, and below it the `newest` plan and the push age if there is
 /// room.
@@ -54,18 +54,18 @@ pub fn render(trace: &SignalTrace, newest: Option<&PlanData>, now: Time, sheet: 
     let ages = &trace.ages[..until_now(&trace.ages)];
     let marks: Vec<_> = trace.marks.iter().filter(|mark| mark.0 <= now).collect();
     let title = format!("3 {}", signal.name);
-    let mut sheet = sheet.boxed(&title, current(signal, past, theme));
-    if sheet.area.is_empty() {
+    let mut pane = sheet.boxed(&title, current(signal, past, theme));
+    if pane.area.is_empty() {
         return;
     }
-    let below = sheet.height().saturating_sub(plan::HEIGHT);
-    let newest = newest.filter(|_| below >= plan::HEIGHT);
-    if let Some(newest) = newest {
-        plan::render(newest, sheet.rows(below, plan::HEIGHT));
-        sheet.area = rows(sheet.area, 0, below);
+    let below = pane.height().saturating_sub(plan::HEIGHT);
+    let shown_plan = newest.filter(|_| below >= plan::HEIGHT);
+    if let Some(shown_plan) = shown_plan {
+        plan::render(shown_plan, pane.rows(below, plan::HEIGHT));
+        pane.area = rows(pane.area, 0, below);
     }
-    let height = sheet.height();
-    let labelled = sheet.width() >= LEAST.0 && height >= LEAST.1;
+    let height = pane.height();
+    let labelled = pane.width() >= MIN_SIZE.0 && height >= MIN_SIZE.1;
     // A task is about the signal.
     let least = match trace.safe {
         Some(_) => TALL_WITH_TASK,
@@ -79,50 +79,52 @@ pub fn render(trace: &SignalTrace, newest: Option<&PlanData>, now: Time, sheet: 
     let labels = levels.iter().chain(&age_levels);
     let widest = labels.map(|level| width(&plain(&level.label, theme))).max();
     let margin = widest.filter(|_| labelled).map_or(0, |widest| widest + 1);
-    let columns = Columns::new(now, sheet.area, margin, theme);
+    let columns = Columns::new(now, pane.area, margin, theme);
     let range = reach(signal, columns.ends(past));
     let edges = [labelled, labelled && !two];
-    let chart = columns.chart(rows(sheet.area, 0, upper), edges, range);
-    chart.axes(&levels, &mut sheet);
-    let marks = chart.texts(&marks, &mut sheet);
-    chart.marks(&marks, &mut sheet);
-    chart.ghost(&trace.ghost.points, &mut sheet);
-    chart.curve(past, |value| signal.is_lost_at(value), &mut sheet);
+    let chart = columns.chart(rows(pane.area, 0, upper), edges, range);
+    chart.axes(&levels, &mut pane);
+    let marks = chart.texts(&marks, &mut pane);
+    chart.marks(&marks, &mut pane);
+    chart.ghost(&trace.ghost.points, &mut pane);
+    chart.curve(past, |value| signal.is_lost_at(value), &mut pane);
     if two {
         let range = age_range(trace.limits, columns.ends(ages)[1]);
-        let place = rows(sheet.area, upper, height - upper);
+        let place = rows(pane.area, upper, height - upper);
         let chart = columns.chart(place, [labelled; 2], range);
-        chart.axes(&age_levels, &mut sheet);
-        chart.marks(&marks, &mut sheet);
-        let mut title = sheet.part(chart.text_row);
+        chart.axes(&age_levels, &mut pane);
+        chart.marks(&marks, &mut pane);
+        let mut title = pane.part(chart.text_row);
         title.line(0, 0, &age_title(trace, theme));
-        chart.ghost(&trace.ghost.ages, &mut sheet);
-        chart.curve(ages, |_| false, &mut sheet);
+        chart.ghost(&trace.ghost.ages, &mut pane);
+        chart.curve(ages, |_| false, &mut pane);
     }
 }
 
-/// The title of the lower chart, with what the dashes are.
+/// Returns the title of the lower chart, with what the dashes are.
 fn age_title(trace: &SignalTrace, theme: &Theme) -> Line<'static> {
-    let ghost = Some(GHOST_LEGEND).filter(|_| !trace.ghost.ages.is_empty());
-    let ghost = ghost.map(|legend| (format!("  {legend}"), theme.faint()));
+    let ghost = Some(GHOST_LEGEND)
+        .filter(|_| !trace.ghost.ages.is_empty())
+        .map(|legend| (format!("  {legend}"), theme.faint()));
     let title = (AGE_TITLE.to_owned(), theme.strong());
     line([title].into_iter().chain(ghost))
 }
 
-/// The newest value, for the title.
+/// Returns the newest value, for the title.
 fn current(signal: &Signal, past: &[(f64, f64)], theme: &Theme) -> Span<'static> {
     let Some(&(_, value)) = past.last().filter(|(_, value)| !value.is_nan()) else {
         return Span::default();
     };
-    let (sign, style) = match signal.is_lost_at(value) {
-        true => ("✖", theme.alarm()),
-        false => (" ", theme.strong()),
+    let (sign, style) = if signal.is_lost_at(value) {
+        ("✖", theme.alarm())
+    } else {
+        (" ", theme.strong())
     };
     let text = format!(" {sign}{}{} ", signed(value, 7, 2), unit(signal));
     Span::styled(text, style)
 }
 
-/// The unit, to follow a number.
+/// Returns the unit, to follow a number.
 fn unit(signal: &Signal) -> String {
     match signal.unit {
         unit @ ("" | "°") => unit.to_owned(),
@@ -130,7 +132,7 @@ fn unit(signal: &Signal) -> String {
     }
 }
 
-/// A label of the axis, with as many digits as needed; a long one without its unit.
+/// Returns a label of the axis, with as many digits as needed; a long one without its unit.
 fn label(signal: &Signal, value: f64) -> String {
     let decimals = match value.abs() {
         0.0 | 10.0.. => 0,
@@ -146,8 +148,8 @@ fn label(signal: &Signal, value: f64) -> String {
     format!("{text:>3}{}", unit.unwrap_or_default())
 }
 
-/// The limits of a signal and zero; for a limit out of range, the end of the range
-/// without a line.
+/// Returns the limits of a signal and zero; for a limit out of range, the end of the range without
+/// a line.
 fn signal_levels(signal: &Signal) -> Vec<Level> {
     let [low, high] = signal.range;
     let end = |side: usize| {
@@ -166,7 +168,7 @@ fn signal_levels(signal: &Signal) -> Vec<Level> {
     levels.map(level).collect()
 }
 
-/// The range of a task.
+/// Returns the range of a task.
 fn safe_levels(trace: &SignalTrace) -> impl Iterator<Item = Level> {
     let ends = trace.safe.into_iter().flatten();
     ends.map(|at| Level {
@@ -176,11 +178,13 @@ fn safe_levels(trace: &SignalTrace) -> impl Iterator<Item = Level> {
     })
 }
 
-/// The age limits of the loop (ms).
+/// Returns the age limits of the loop (ms).
 fn age_levels(limits: AgeLimits) -> Vec<Level> {
     let falls = limits.falls.map(|limit| (limit, ([2, 4], '-')));
-    let first = [limits.may_fall, limits.swings()].into_iter().flatten();
-    let first = first.map(|limit| (limit, ([1, 4], '.')));
+    let first = [limits.may_fall, limits.swings()]
+        .into_iter()
+        .flatten()
+        .map(|limit| (limit, ([1, 4], '.')));
     let level = |(limit, line): (Duration, _)| Level {
         at: limit.as_secs_f64() * 1e3,
         line: Some(line),
@@ -190,14 +194,14 @@ fn age_levels(limits: AgeLimits) -> Vec<Level> {
     first.chain(falls).map(level).collect()
 }
 
-/// The axis of ages up to `greatest` (ms).
+/// Returns the axis of ages up to `greatest` (ms).
 fn age_range(limits: AgeLimits, greatest: f64) -> [f64; 2] {
     let limits = [limits.swings(), limits.falls].into_iter().flatten().max();
     let limit = limits.map_or(0.0, |limit| limit.as_secs_f64() * 1e3);
-    [0.0, (limit * 4.0 / 3.0).max(greatest).max(LEAST_AGE_MS)]
+    [0.0, (limit * 4.0 / 3.0).max(greatest).max(MIN_AGE_MS)]
 }
 
-/// The axis of `signal`, wide enough for values from `least` to `greatest`.
+/// Returns the axis of `signal`, wide enough for values from `least` to `greatest`.
 fn reach(signal: &Signal, [least, greatest]: [f64; 2]) -> [f64; 2] {
     let [low, high] = signal.range;
     let (middle, half) = (f64::midpoint(low, high), (high - low) / 2.0);
@@ -214,7 +218,7 @@ mod tests {
     use super::*;
     use crate::view::testing::*;
 
-    /// A pole that swings for twelve seconds and then tips over.
+    /// Returns a pole that swings for twelve seconds and then tips over.
     fn long() -> SignalTrace {
         let angle = |time: f64| 3.0 * (2.0 * time).sin() + 2.5 * (time - 12.0).max(0.0).powi(2);
         let points = (0..=720).map(|step| f64::from(step) * 0.02);

@@ -41,14 +41,18 @@ pub fn render(name: &str, frame: &FrameData, extra: &StatusExtra, mut sheet: She
         line([(text, theme.alarm())])
     });
     let kept = lost.as_ref().map_or(0, |lost| lost.width() + GAP);
-    let parts = parts.into_iter().map(|part| line([part]));
-    let first = side_by_side(parts, GAP, room.saturating_sub(kept), theme);
+    let first = side_by_side(
+        parts.into_iter().map(|part| line([part])),
+        GAP,
+        room.saturating_sub(kept),
+        theme,
+    );
     let whole = [first].into_iter().chain(lost);
     sheet.line(0, 0, &side_by_side(whole, GAP, room, theme));
 }
 
-/// The clock, with its speed if it has one; of the same width for all numeric speeds. The speed
-/// of a `replay` is not that of the run.
+/// Returns the clock, with its speed if any; the width is the same for all numeric speeds. A
+/// `replay` has a speed of its own.
 fn clock(status: Status, replay: bool) -> String {
     let text = match status.clock {
         ClockKind::Virtual if !replay => format!("{} {}", status.clock, status.speed),
@@ -63,12 +67,16 @@ fn state(frame: &FrameData, extra: &StatusExtra, theme: &Theme) -> (String, Styl
         let text = format!("◀ looking back {at:>digits$} of {of}");
         return (text, theme.strong());
     }
-    match () {
-        () if extra.replay => ("▷ replay ".to_owned(), theme.strong()),
-        () if extra.ended => ("■ ended  ".to_owned(), theme.strong()),
-        () if frame.status.paused => ("‖ paused ".to_owned(), theme.strong()),
-        () => ("▶ running".to_owned(), theme.active()),
-    }
+    let (text, style) = if extra.replay {
+        ("▷ replay ", theme.strong())
+    } else if extra.ended {
+        ("■ ended  ", theme.strong())
+    } else if frame.status.paused {
+        ("‖ paused ", theme.strong())
+    } else {
+        ("▶ running", theme.active())
+    };
+    (text.to_owned(), style)
 }
 
 #[cfg(test)]

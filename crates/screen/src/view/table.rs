@@ -31,7 +31,7 @@ pub struct TableColumn<T> {
     pub figure: fn(&T, &Theme) -> Span<'static>,
 }
 
-/// A column, to be written in one line.
+/// Returns a column, to be written in one line.
 pub const fn column<T>(
     head: &'static str,
     width: usize,
@@ -64,16 +64,17 @@ pub fn render<T>(
     let shown = shown(columns, room - first);
     let row = |name: &str, style: Style, figures: Vec<Span<'static>>| {
         let name = Line::styled(clip(name, first, theme), style);
-        let figures = figures.into_iter().map(|figure| {
+        let cells = figures.into_iter().map(|figure| {
             let text = plain(&figure.content, theme).into_owned();
             Line::from(Span::styled(text, figure.style)).right_aligned()
         });
-        Row::new([name].into_iter().chain(figures))
+        Row::new([name].into_iter().chain(cells))
     };
     let fit = height.saturating_sub(1);
-    let whole = match rows.len() > fit {
-        true => fit.saturating_sub(1),
-        false => rows.len(),
+    let whole = if rows.len() > fit {
+        fit.saturating_sub(1)
+    } else {
+        rows.len()
     };
     let lines = rows[..whole].iter().map(|of| {
         let figures = shown.iter().map(|column| (column.figure)(of, theme));
@@ -94,7 +95,7 @@ pub fn render<T>(
     }
 }
 
-/// The columns that fit into `room`.
+/// Returns the columns that fit into `room`.
 fn shown<T>(columns: &[TableColumn<T>], room: usize) -> Vec<&TableColumn<T>> {
     let mut places: Vec<usize> = (0..columns.len()).collect();
     places.sort_by_key(|&place| columns[place].rank);

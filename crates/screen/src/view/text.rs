@@ -41,7 +41,7 @@ const SPELLINGS: [(&str, &str); 27] = [
     ("·", "."),
 ];
 
-/// `text` in ASCII if the theme asks for that.
+/// Returns `text` in ASCII if the theme asks for that.
 pub fn plain<'a>(text: &'a str, theme: &Theme) -> Cow<'a, str> {
     if !theme.ascii || text.is_ascii() {
         return Cow::Borrowed(text);
@@ -58,17 +58,18 @@ pub fn plain<'a>(text: &'a str, theme: &Theme) -> Cow<'a, str> {
     Cow::Owned(out)
 }
 
-/// Width of `text` (columns).
+/// Returns the width of `text` (columns).
 pub fn width(text: &str) -> usize {
     Span::raw(text).width()
 }
 
-/// `text` cut to `room` columns, with a sign at the cut.
+/// Returns `text` cut to `room` columns, with a sign at the cut.
 pub fn clip(text: &str, room: usize, theme: &Theme) -> String {
     let text = plain(text, theme);
-    let text = match width(&text) > room {
-        true => text.trim_end(),
-        false => &text,
+    let text = if width(&text) > room {
+        text.trim_end()
+    } else {
+        &text
     };
     if width(text) <= room {
         return text.to_owned();
@@ -86,20 +87,20 @@ pub fn clip(text: &str, room: usize, theme: &Theme) -> String {
     cut + sign
 }
 
-/// `text` cut or padded to `room` columns.
+/// Returns `text` cut or padded to `room` columns.
 pub fn pad(text: &str, room: usize, theme: &Theme) -> String {
     let text = clip(text, room, theme);
     let blank = room.saturating_sub(width(&text));
     text + &" ".repeat(blank)
 }
 
-/// The end of `text`, in `room` characters.
+/// Returns the end of `text`, in `room` characters.
 pub fn tail(text: &str, room: usize) -> String {
     let hidden = text.chars().count().saturating_sub(room);
     text.chars().skip(hidden).collect()
 }
 
-/// `text` in lines of `room` columns, wrapped between words if possible.
+/// Returns `text` in lines of `room` columns, wrapped between words if possible.
 pub fn broken(text: &str, room: usize, theme: &Theme) -> Vec<String> {
     let text = plain(text, theme);
     let options = Options::new(room.max(1)).word_splitter(WordSplitter::NoHyphenation);
@@ -107,19 +108,19 @@ pub fn broken(text: &str, room: usize, theme: &Theme) -> Vec<String> {
     lines.map(Cow::into_owned).collect()
 }
 
-/// The first of `texts` that fits into `room`; empty if none fits.
+/// Returns the first of `texts` that fits into `room`; empty if none fits.
 pub fn fitting(texts: impl IntoIterator<Item = String>, room: usize) -> String {
     let mut fitting = texts.into_iter().filter(|text| width(text) <= room);
     fitting.next().unwrap_or_default()
 }
 
-/// A line of texts, each with its style.
+/// Returns a line of texts, each with its style.
 pub fn line<T: Into<String>>(parts: impl IntoIterator<Item = (T, Style)>) -> Line<'static> {
     let spans = parts.into_iter();
     Line::from_iter(spans.map(|(text, style)| Span::styled(text.into(), style)))
 }
 
-/// The first of `parts` that fit side by side into `room`, with `gap` blanks in between.
+/// Returns the first of `parts` that fit side by side into `room`, with `gap` blanks in between.
 pub fn side_by_side(
     parts: impl IntoIterator<Item = Line<'static>>,
     gap: usize,
@@ -129,8 +130,10 @@ pub fn side_by_side(
     let mut joined = Line::default();
     for part in parts {
         let before = if joined.spans.is_empty() { 0 } else { gap };
-        let spans = part.spans.into_iter();
-        let spans = spans.map(|span| (plain(&span.content, theme).into_owned(), span.style));
+        let spans = part
+            .spans
+            .into_iter()
+            .map(|span| (plain(&span.content, theme).into_owned(), span.style));
         let part = line(spans);
         if joined.width() + before + part.width() > room {
             break;
@@ -141,13 +144,13 @@ pub fn side_by_side(
     joined
 }
 
-/// `value` with at most some `decimals`, one or more, and as many as needed.
+/// Returns `value` with at most some `decimals`, one or more, and as many as needed.
 pub fn short(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// A signed number in `room` columns with a minus sign as wide as a plus.
+/// Returns a signed number in `room` columns with a minus sign as wide as a plus.
 pub fn signed(value: f64, room: usize, decimals: usize) -> String {
     // A value that rounds to zero would otherwise flicker between +0 and −0.
     let scale = 10_f64.powi(i32::try_from(decimals).unwrap_or(0));
@@ -155,7 +158,7 @@ pub fn signed(value: f64, room: usize, decimals: usize) -> String {
     format!("{rounded:+room$.decimals$}").replace('-', "−")
 }
 
-/// A count in at most `room` columns: in thousands, millions and so on where it is large.
+/// Returns a count in at most `room` columns: in thousands, millions and so on where it is large.
 pub fn count(count: u64, room: usize) -> String {
     let units = ["", "k", "M", "G", "T", "P", "E"].into_iter().zip(0..);
     let texts = units.map(|(unit, power)| format!("{}{unit}", count / 1_000_u64.pow(power)));

@@ -42,33 +42,33 @@ const SENTENCE_ROWS: usize = 2;
 pub fn render(timeline: Option<&Timeline>, sheet: Sheet<'_>) {
     let theme = sheet.theme;
     let Some(timeline) = timeline else {
-        let mut sheet = sheet.boxed(TITLE, Span::default());
+        let mut pane = sheet.boxed(TITLE, Span::default());
         let text = "nothing was applied yet, or its chain is not known";
-        sheet.put(1, 0, text, theme.faint());
+        pane.put(1, 0, text, theme.faint());
         return;
     };
     // A row below the lanes is for the sentence.
     let rows = sheet.height().saturating_sub(3);
     let shown = timeline.lanes.len().min(rows);
     let about = Span::styled(about(timeline, shown), theme.faint());
-    let mut sheet = sheet.boxed(TITLE, about);
+    let mut pane = sheet.boxed(TITLE, about);
     let names = timeline.lanes.iter().map(|lane| width(&lane.name));
     let margin = names.max().unwrap_or(0) + 2;
-    let room = sheet.width().saturating_sub(margin + 1);
+    let room = pane.width().saturating_sub(margin + 1);
     for (row, lane) in timeline.lanes[..shown].iter().enumerate() {
-        sheet.put(1, row, &lane.name, Style::new());
+        pane.put(1, row, &lane.name, Style::new());
         // Highlighted marks are in front of the others.
         let mut marks: Vec<&Mark> = lane.marks.iter().collect();
         marks.sort_by_key(|mark| mark.bright);
-        let mut axis = sheet.cells(margin, row, room);
+        let mut axis = pane.cells(margin, row, room);
         marks
             .iter()
             .for_each(|mark| draw(mark, timeline, &mut axis));
     }
-    below(timeline, sheet.rows(shown, usize::MAX));
+    below(timeline, pane.rows(shown, usize::MAX));
 }
 
-/// The selected push, the visible run time, and the number of lanes beyond those shown.
+/// Returns the selected push, the visible run time, and the number of lanes that are not shown.
 fn about(timeline: &Timeline, shown: usize) -> String {
     let [from, to] = [timeline.from, timeline.to].map(Time::as_secs_f64);
     let which = if timeline.newest {
@@ -90,29 +90,31 @@ fn below(timeline: &Timeline, mut sheet: Sheet<'_>) {
     let most = sheet.height().saturating_sub(1).clamp(1, SENTENCE_ROWS);
     let lines = |text: &str| broken(text, room, theme);
     let sentence = timeline.sentence.fitting(|text| lines(text).len() <= most);
-    let sentence = lines(sentence);
-    let sentence = sentence
-        .iter()
+    let sentence = lines(sentence)
+        .into_iter()
         .take(most)
         .map(|line| (line, theme.strong()));
-    let legend = legend(timeline, room);
-    let legend = legend.iter().map(|line| (line, theme.faint()));
+    let legend = legend(timeline, room)
+        .into_iter()
+        .map(|line| (line, theme.faint()));
     for (row, (line, style)) in sentence.chain(legend).enumerate() {
-        sheet.put(1, row, line, style);
+        sheet.put(1, row, &line, style);
     }
 }
 
-/// The glyphs and the keys in lines of `room` columns.
+/// Returns the glyphs and the keys in lines of `room` columns.
 fn legend(timeline: &Timeline, room: usize) -> Vec<String> {
-    // Those of executors and plans only where there are some.
+    // Marks of executors and plans only where there are some.
     let marks = || timeline.lanes.iter().flat_map(|lane| &lane.marks);
     let usual = |kind| {
         use MarkKind::{Aside, Planned, Played, Waiting};
         !matches!(kind, Waiting | Aside | Played | Planned)
     };
     let shown = |kind| usual(kind) || marks().any(|mark| mark.kind == kind);
-    let entries = LEGEND.into_iter().filter(|(kind, ..)| shown(*kind));
-    let entries = entries.map(|(_, glyph, word)| format!("{glyph} {word}"));
+    let entries = LEGEND
+        .into_iter()
+        .filter(|(kind, ..)| shown(*kind))
+        .map(|(_, glyph, word)| format!("{glyph} {word}"));
     let mut lines: Vec<String> = Vec::new();
     for entry in entries.chain(KEYS.map(str::to_owned)) {
         let fits = |line: &&mut String| width(line) + 2 + width(&entry) <= room;

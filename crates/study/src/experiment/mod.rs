@@ -191,7 +191,7 @@ impl Experiment {
         if let Some(tracker) = &taps.tracker {
             taps.tap_handle.tell(tracker.clone());
         }
-        RunLog::of(&graph.state());
+        RunLog::attach(&graph.state());
         Ok(Self {
             cost: watch_cost(&*system, &taps),
             tally: watch_figures(&*system, &config.setup, &taps),

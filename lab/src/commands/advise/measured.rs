@@ -12,7 +12,7 @@ pub struct ChangedRun {
     pub change: AgeChange,
     pub summary: Summary,
     pub score: Score,
-    /// The share of the time within its limit, if it has one.
+    /// The share of the time within its limit, if any.
     pub within: Option<f64>,
     /// The same in words.
     pub within_text: Option<String>,
@@ -32,7 +32,7 @@ pub enum Score {
 }
 
 impl Score {
-    /// The skipped periods in a run.
+    /// Creates the skipped periods in a run.
     pub fn overruns(summary: &Summary) -> Self {
         let nodes = || summary.nodes.iter();
         let skipped = nodes()
@@ -50,7 +50,7 @@ impl Score {
         }
     }
 
-    /// What the best run has least of: first the score itself, then what it costs.
+    /// Returns what the best run has least of: first the score itself, then what it costs.
     pub fn rank(self) -> [u64; 2] {
         match self {
             Self::Age { mean_ns, .. } => [mean_ns.max(0).unsigned_abs(), 0],
@@ -62,7 +62,7 @@ impl Score {
 }
 
 impl ChangedRun {
-    /// Whether its score is clearly smaller than in the `other` run.
+    /// Returns whether its score is clearly smaller than in the `other` run.
     pub fn is_better(&self, other: &Self) -> bool {
         let [mine, others] = [self, other].map(|run| run.score.rank()[0]);
         mine < others && mine as f64 <= HELPS * others as f64

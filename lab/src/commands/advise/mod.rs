@@ -29,7 +29,7 @@ const DEFAULTS: Defaults =
 /// Number of changes that are tried two at a time, the best ones.
 const FEW: usize = 12;
 
-/// Runs every change of the graph, then pairs of those that help most if none of them is enough;
+/// Runs every change of the graph, then pairs of the best changes if none of them is enough;
 /// prints what they do. Ctrl-C keeps the finished ones.
 pub fn advise(program: &Program, args: &AdviseArgs) -> Result<(), Error> {
     let (config, _) = options::graph(program, &args.graph, &DEFAULTS)?;
@@ -77,7 +77,7 @@ pub fn advise(program: &Program, args: &AdviseArgs) -> Result<(), Error> {
         sort(&mut measured);
     }
     let topic = text::Subject::new(program, aged.as_ref());
-    let advice = text::of(&topic, &base, &measured);
+    let advice = text::render(&topic, &base, &measured);
     print_result(args.json, &text::json(&topic, &base, &measured), &advice)?;
     if advisor.interrupt.is_asked() {
         let why = format!(
@@ -89,11 +89,11 @@ pub fn advise(program: &Program, args: &AdviseArgs) -> Result<(), Error> {
     Ok(())
 }
 
-/// Why there is no advice, where nothing more is known.
+/// Why no advice is given, if nothing more is known.
 const NO_AIM: &str = "no node skipped a period, nothing came to the end of a [chain.NAME], and \
                       nothing was pushed";
 
-/// Why a node never ticked, and what to try.
+/// Returns why a node never ticked, and what to try.
 fn with_way_out(unmatched: &Unmatched<'_>) -> String {
     let (why, node) = (unmatched.text(), unmatched.node);
     format!(
@@ -102,13 +102,13 @@ fn with_way_out(unmatched: &Unmatched<'_>) -> String {
     )
 }
 
-/// The nodes that skipped periods.
+/// Returns the nodes that skipped periods.
 fn late_nodes(summary: &Summary) -> Vec<&str> {
     let late = summary.nodes.iter().filter(|node| node.overruns > 0);
     late.map(|node| &*node.name).collect()
 }
 
-/// Whether one of the `measured` changes has the limit kept, or no period skipped.
+/// Returns whether one of the `measured` changes has the limit kept, or no period skipped.
 fn is_enough(base: &ChangedRun, measured: &[ChangedRun]) -> bool {
     let limited = base.within.is_some() || base.summary.verdict.is_lost();
     measured.iter().any(|run| match run.score {
@@ -117,7 +117,7 @@ fn is_enough(base: &ChangedRun, measured: &[ChangedRun]) -> bool {
     })
 }
 
-/// The best of the `measured` changes two at a time, each of another node or topic.
+/// Returns the best of the `measured` changes two at a time, each of another node or topic.
 fn pairs(measured: &[ChangedRun]) -> Vec<AgeChange> {
     let best: Vec<&AgeChange> = measured.iter().take(FEW).map(|run| &run.change).collect();
     let pairs = best.iter().enumerate().flat_map(|(place, one)| {
@@ -130,8 +130,12 @@ fn pairs(measured: &[ChangedRun]) -> Vec<AgeChange> {
 /// Puts the runs that are not lost first, of these the smallest score, then the fewest messages.
 fn sort(measured: &mut [ChangedRun]) {
     measured.sort_by_key(|run| {
-        let sent = run.summary.topics.iter().map(|topic| topic.published);
-        let sent = sent.fold(0, u64::saturating_add);
+        let sent = run
+            .summary
+            .topics
+            .iter()
+            .map(|topic| topic.published)
+            .fold(0, u64::saturating_add);
         (run.summary.verdict.is_lost(), run.score.rank(), sent)
     });
 }
@@ -147,7 +151,7 @@ struct Advisor<'a> {
 }
 
 impl Advisor<'_> {
-    /// The run without a change, and its graph.
+    /// Returns the run without a change, and its graph.
     fn base(&self) -> Result<(Summary, Topology), Error> {
         if self.config.end == Time::MAX {
             let why = "the runs of advice must end: give them --duration-s";
@@ -156,13 +160,14 @@ impl Advisor<'_> {
         let mut experiment = Experiment::new(self.program.system.clone(), &self.config)?;
         let topology = experiment.observer().topology();
         experiment.watch_ages();
-        let summary = experiment.run_until(&self.interrupt)?;
-        let summary = summary.filter(|_| !self.interrupt.is_asked());
+        let summary = experiment
+            .run_until(&self.interrupt)?
+            .filter(|_| !self.interrupt.is_asked());
         let stopped = || Error::Unfinished("stopped before the first result".to_owned());
         Ok((summary.ok_or_else(stopped)?, topology))
     }
 
-    /// The age in question: the one that is farthest from its limit.
+    /// Returns the age in question: the one that is farthest from its limit.
     fn oldest<'s>(&self, summary: &'s Summary) -> Option<&'s RunAge> {
         let late = |age: &RunAge| {
             let chain = self.chain_of(age);
@@ -173,13 +178,13 @@ impl Advisor<'_> {
         ages.max_by(|one, other| late(one).total_cmp(&late(other)))
     }
 
-    /// The chain whose age it is; `None` for a push.
+    /// Returns the chain whose age it is; `None` for a push.
     fn chain_of(&self, age: &RunAge) -> Option<&DataChain> {
         let mut chains = self.program.system.about().chains.iter();
         chains.find(|chain| Some(chain.name()) == age.chain)
     }
 
-    /// A run with its score; `None` if it has no age, where an age is.
+    /// Returns a run with its score; `None` if it has no age, where an age is.
     fn measured(&self, change: AgeChange, summary: Summary) -> Option<ChangedRun> {
         let Some(aged) = self.aged else {
             return Some(ChangedRun {
@@ -221,7 +226,7 @@ impl Advisor<'_> {
         both
     }
 
-    /// Runs with each of `changes`; without those that the graph cannot have.
+    /// Runs with each of `changes`, but for changes that the graph refuses.
     fn measure(&self, changes: Vec<AgeChange>) -> Vec<ChangedRun> {
         let runs = changes.into_iter().filter_map(|change| {
             let system: Arc<dyn System> = self.program.with(&change.with).ok()?.system;
@@ -230,7 +235,7 @@ impl Advisor<'_> {
             Some((change, (system, config)))
         });
         let (changes, runs): (Vec<AgeChange>, Vec<_>) = runs.unzip();
-        let bar = ProgressLine::of_runs(runs.len(), false, self.args.json);
+        let bar = ProgressLine::for_runs(runs.len(), false, self.args.json);
         let threads = self.args.threads.unwrap_or_else(all_cores);
         let summaries = run_all(&runs, &self.interrupt, threads, || bar.advance());
         let known = changes.into_iter().zip(summaries);

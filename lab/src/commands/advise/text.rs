@@ -29,7 +29,7 @@ pub struct Subject<'a> {
 }
 
 impl<'a> Subject<'a> {
-    /// The advice on an `age`, or else on the overruns of the system.
+    /// Creates the advice on an `age`, or else on the overruns of the system.
     pub fn new(program: &Program, age: Option<&'a RunAge>) -> Self {
         let system = program.system.name();
         Self { system, age }
@@ -43,8 +43,8 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// What it is without a change, which of the `measured` ones help, and how many do not.
-pub fn of(subject: &Subject<'_>, base: &ChangedRun, measured: &[ChangedRun]) -> String {
+/// Returns what it is without a change, which of the `measured` ones help, and how many do not.
+pub fn render(subject: &Subject<'_>, base: &ChangedRun, measured: &[ChangedRun]) -> String {
     let helps = |run: &&ChangedRun| run.is_better(base);
     let best: Vec<&ChangedRun> = measured.iter().filter(helps).collect();
     let others = measured.len() - best.len();
@@ -77,13 +77,13 @@ pub fn of(subject: &Subject<'_>, base: &ChangedRun, measured: &[ChangedRun]) -> 
 
 fn figures(run: &ChangedRun) -> String {
     let verdict = run.summary.verdict.to_string();
-    let verdict = verdict.split_whitespace().next().unwrap_or_default();
+    let word = verdict.split_whitespace().next().unwrap_or_default();
     match run.score {
         Score::Age { mean_ns, p99_ns } => {
             let [mean, p99] = [mean_ns, p99_ns].map(|ns| millis::text(ns as f64 / 1e6));
             let within = run.within_text.iter();
             let within: String = within.map(|share| format!("  {share:>8} within")).collect();
-            format!("{mean:>6} ms mean  {p99:>6} ms p99{within}  {verdict}")
+            format!("{mean:>6} ms mean  {p99:>6} ms p99{within}  {word}")
         }
         Score::Overruns {
             skipped,
@@ -91,7 +91,7 @@ fn figures(run: &ChangedRun) -> String {
             lateness,
         } => {
             let late = ms(lateness.as_secs_f64());
-            format!("{skipped:>6} of {due} ticks skipped  {late:>9} late on average  {verdict}")
+            format!("{skipped:>6} of {due} ticks skipped  {late:>9} late on average  {word}")
         }
     }
 }
@@ -108,7 +108,7 @@ fn costs(summary: &Summary) -> [f64; 2] {
     [sent as f64, worked.sum::<f64>()].map(|sum| sum / seconds)
 }
 
-/// What a change costs more than `base`, or less.
+/// Returns what a change costs more than `base`, or less.
 fn more(base: &ChangedRun, run: &ChangedRun) -> [f64; 2] {
     let ([sent, worked], [usual, work]) = (costs(&run.summary), costs(&base.summary));
     [sent - usual, worked - work]
@@ -123,7 +123,8 @@ fn price(base: &ChangedRun, run: &ChangedRun) -> String {
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
-/// The advice for programs, the best change first. Ages in nanoseconds go with a later version.
+/// Returns the advice for programs, the best change first. Ages in nanoseconds go with a later
+/// version.
 pub fn json(subject: &Subject<'_>, base: &ChangedRun, measured: &[ChangedRun]) -> Value {
     let object = |run: &ChangedRun| {
         let [sent, worked] = more(base, run);
@@ -154,7 +155,7 @@ pub fn json(subject: &Subject<'_>, base: &ChangedRun, measured: &[ChangedRun]) -
     })
 }
 
-/// The command line of the run with a change, made of that of this command.
+/// Returns the command line of the run with a change, made of that of this command.
 fn command(change: &AgeChange) -> String {
     let mut given = env::args().skip(1);
     let mut words = vec![program::name()];

@@ -16,7 +16,8 @@ pub struct CheckedRun {
 }
 
 impl CheckedRun {
-    /// Why its verdict counts as a missed limit, if it does: it is lost, or a chain has no data.
+    /// Returns why its verdict counts as a missed limit, if it does: it is lost, or a chain has no
+    /// data.
     fn miss(&self) -> Option<Miss> {
         let verdict = self.verdict.is_lost().then(|| self.verdict.to_string());
         let reasons: Vec<String> = verdict
@@ -40,8 +41,12 @@ pub fn compare(program: &Program, runs: &[CheckedRun]) -> Result<Results, Error>
         limit: "verdict".to_owned(),
         misses: runs.iter().filter_map(CheckedRun::miss).collect(),
     };
-    let limits = program.system.about().limits.iter();
-    let limits = limits.map(|limit| compared(program, limit, runs));
+    let limits = program
+        .system
+        .about()
+        .limits
+        .iter()
+        .map(|limit| compared(program, limit, runs));
     let limits = [Ok(verdict)].into_iter().chain(limits);
     Ok(Results {
         graph: program.system.name(),
@@ -89,7 +94,7 @@ fn compared(
     })
 }
 
-/// The figure at `path` within `metrics`: names with dots between, and within some names.
+/// Returns the figure at `path` within `metrics`: names with dots between, and within some names.
 fn figure<'m>(metrics: &'m Map<String, Value>, path: &str) -> Option<&'m Value> {
     metrics.iter().find_map(|(name, value)| {
         let rest = path.strip_prefix(name.as_str())?;
@@ -108,8 +113,8 @@ mod tests {
 
     #[test]
     fn a_figure_is_found_by_its_names_with_dots_between_and_within() {
-        let metrics = json!({ "a": 1, "nodes": { "x": { "n": 2 }, "x.y": { "n": 3 } } });
-        let metrics = metrics.as_object().expect("an object");
+        let json = json!({ "a": 1, "nodes": { "x": { "n": 2 }, "x.y": { "n": 3 } } });
+        let metrics = json.as_object().expect("an object");
         let of = |path| figure(metrics, path).and_then(Value::as_u64);
         assert_eq!(of("a"), Some(1));
         assert_eq!(of("nodes.x.n"), Some(2));

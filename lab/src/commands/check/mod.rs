@@ -25,27 +25,32 @@ use crate::{
 const DEFAULTS: Defaults =
     Defaults::virtual_only("a check runs on the virtual clock: leave --clock real out");
 
-/// Runs the graph with each seed, prints each missed limit, and fails if there is one. Ctrl-C
-/// keeps the finished runs.
+/// Runs the graph with each seed, prints each missed limit, and fails if a limit is missed.
+/// Ctrl-C keeps the finished runs.
 pub fn check(program: &Program, args: &CheckArgs) -> Result<(), Error> {
     let (config, _) = options::graph(program, &args.graph, &DEFAULTS)?;
-    let config = config.resolved(&*program.system)?;
-    let seeds = args.seeds.as_ref().map(|seeds| seeds.values().to_vec());
-    let seeds = seeds.unwrap_or_else(|| vec![config.seed]);
-    let junit = args.junit.as_deref();
-    let junit = junit.map(|path| OutputKind::Tests.open("--junit", path));
-    let junit = junit.transpose()?;
-    let runs = runs(program, args, &config, &seeds)?;
+    let resolved = config.resolved(&*program.system)?;
+    let seeds = args
+        .seeds
+        .as_ref()
+        .map(|seeds| seeds.values().to_vec())
+        .unwrap_or_else(|| vec![resolved.seed]);
+    let junit = args
+        .junit
+        .as_deref()
+        .map(|path| OutputKind::Tests.open("--junit", path))
+        .transpose()?;
+    let runs = runs(program, args, &resolved, &seeds)?;
     let results = compare(program, &runs)?;
     if let Some(junit) = junit {
         junit.write(results.junit().as_bytes())?;
     }
-    print_result(args.json, &results.json(), &results.text(config.end))?;
+    print_result(args.json, &results.json(), &results.text(resolved.end))?;
     Error::if_stopped(runs.len(), seeds.len(), "runs")?;
     results.outcome()
 }
 
-/// The run with this `seed`, with what its limits are compared with.
+/// Returns the run with this `seed`, with what its limits are compared with.
 fn checked(system: &dyn System, seed: u64, summary: &Summary) -> CheckedRun {
     CheckedRun {
         seed,
@@ -55,7 +60,7 @@ fn checked(system: &dyn System, seed: u64, summary: &Summary) -> CheckedRun {
     }
 }
 
-/// The runs that ended before the first signal, in the order of `seeds`.
+/// Returns the runs that ended before the first signal, in the order of `seeds`.
 fn runs(
     program: &Program,
     args: &CheckArgs,
@@ -63,11 +68,11 @@ fn runs(
     seeds: &[u64],
 ) -> Result<Vec<CheckedRun>, Error> {
     let (system, interrupt) = (&program.system, signals::interrupt());
-    let bar = ProgressLine::of_runs(seeds.len(), true, args.json);
+    let bar = ProgressLine::for_runs(seeds.len(), true, args.json);
     let run = |seed: u64| -> Result<Option<CheckedRun>, Error> {
-        let mut config = config.clone();
-        config.seed = seed;
-        let experiment = Experiment::of_resolved(system.clone(), config)?;
+        let mut seeded = config.clone();
+        seeded.seed = seed;
+        let experiment = Experiment::of_resolved(system.clone(), seeded)?;
         let summary = experiment.run_until(&interrupt)?;
         Ok(summary.map(|summary| checked(&**system, seed, &summary)))
     };

@@ -28,7 +28,7 @@ pub struct Miss {
 }
 
 impl LimitResult {
-    /// What was missed, of so many `runs`.
+    /// Returns what was missed, of so many `runs`.
     fn miss(&self, runs: usize) -> Option<String> {
         let first = self.misses.first()?;
         let others = match (self.misses.len(), runs) {
@@ -45,10 +45,12 @@ impl Results {
         limits.filter_map(|limit| Some((limit, limit.miss(self.runs)?)))
     }
 
-    /// A line for each missed limit, and one for the others; the runs were to last to `end`.
+    /// Returns a line for each missed limit, and one for the others; the runs were to last to
+    /// `end`.
     pub fn text(&self, end: Time) -> String {
-        let missed = self.missed();
-        let missed = missed.map(|(limit, miss)| ("missed", format!("{}: {miss}", limit.limit)));
+        let missed = self
+            .missed()
+            .map(|(limit, miss)| ("missed", format!("{}: {miss}", limit.limit)));
         let mut rows: Vec<_> = missed.collect();
         let (all, runs, end) = (self.limits.len(), self.runs, end.as_secs_f64());
         let kept = all - rows.len();
@@ -61,11 +63,13 @@ impl Results {
         lines(&rows)
     }
 
-    /// All limits for programs.
+    /// Returns all limits for programs.
     pub fn json(&self) -> Value {
         let limits = self.limits.iter().map(|limit| {
-            let misses = limit.misses.iter();
-            let misses = misses.map(|miss| json!({ "seed": miss.seed, "found": miss.text }));
+            let misses = limit
+                .misses
+                .iter()
+                .map(|miss| json!({ "seed": miss.seed, "found": miss.text }));
             json!({ "limit": limit.limit, "missed": misses.collect::<Vec<_>>() })
         });
         json!({
@@ -76,7 +80,7 @@ impl Results {
         })
     }
 
-    /// A test for each limit, as JUnit XML.
+    /// Returns a test for each limit, as JUnit XML.
     pub fn junit(&self) -> String {
         let (graph, failures) = (escaped(self.graph), self.missed().count());
         let tests = self.limits.iter().map(|limit| {

@@ -82,7 +82,7 @@ struct Learner<'a> {
 }
 
 impl Learner<'_> {
-    /// The first question without a prediction.
+    /// Returns the first question without a prediction.
     fn open(&self, asked: &[Question]) -> Option<Question> {
         let is_open = |part: &Question| self.answers.get(part.brief()).is_none();
         asked.iter().copied().find(is_open)
@@ -158,14 +158,13 @@ impl Learner<'_> {
 
     /// Answers one question with the text of `--predict`.
     fn predict(&mut self, part: Question, text: &str) -> Result<(), Error> {
-        let prediction = Prediction::read(text, part.brief());
-        let prediction =
-            prediction.map_err(|error| Error::BadInput(format!("--predict: {error}")))?;
+        let prediction = Prediction::read(text, part.brief())
+            .map_err(|error| Error::BadInput(format!("--predict: {error}")))?;
         self.keep(part, prediction)?;
         self.show(part)
     }
 
-    /// The learner's number for this question; zero where it does not matter.
+    /// Returns the learner's number for this question; zero where it does not matter.
     fn seed(&self, part: &Exercise) -> u64 {
         let given = self.args.seed.filter(|_| part.draws());
         given.unwrap_or_default()
@@ -197,7 +196,7 @@ impl Learner<'_> {
         }
     }
 
-    /// The refusal of a second prediction.
+    /// Returns the refusal of a second prediction.
     fn already(&self, asked: &[Question]) -> Error {
         let known = asked.last().and_then(|last| {
             let (brief, known) = (last.brief(), self.answers.get(last.brief())?);
@@ -216,11 +215,13 @@ impl Learner<'_> {
     /// Prints the text before the prediction, with the figures to look at.
     fn introduce(&self, part: &Exercise, seed: u64) -> Result<(), Error> {
         let brief = part.brief();
-        let evidence = part.evidence(seed)?;
-        let evidence = evidence.map_or_else(String::new, |table| format!("{table}\n"));
-        let number = match part.draws() {
-            true => format!("Drawn from your number, {seed} (--seed).\n\n"),
-            false => String::new(),
+        let evidence = part
+            .evidence(seed)?
+            .map_or_else(String::new, |table| format!("{table}\n"));
+        let number = if part.draws() {
+            format!("Drawn from your number, {seed} (--seed).\n\n")
+        } else {
+            String::new()
         };
         print_line(&format!(
             "Exercise {}: {} ({})\n\n{}\n\n{number}{evidence}{}\n",
@@ -268,7 +269,7 @@ fn goes_on(brief: &Brief) -> Result<bool, Error> {
     Ok(!line.is_empty())
 }
 
-/// The line that a person types behind `question`.
+/// Returns the line that a person types behind `question`.
 fn prompted(question: &str) -> Result<String, Error> {
     prompt(question)?;
     let line = read_line();
@@ -314,8 +315,8 @@ fn ask(brief: &Brief) -> Result<Prediction, Error> {
     }
 }
 
-/// The next step after exercise `number`, with the `next` question: what is left of the path of an
-/// hour comes first.
+/// Returns the next step after exercise `number`, with the `next` question: what is left of the
+/// path of an hour comes first.
 fn next_step(number: u32, next: Option<Question>) -> Option<String> {
     if number == RESCUE {
         let how = "Now by hand: ratelab --speed 0.2 --record rescue.rrd, and then\n\
@@ -323,9 +324,10 @@ fn next_step(number: u32, next: Option<Question>) -> Option<String> {
         return Some(how.to_owned());
     }
     let next = next?.brief();
-    let what = match next.path || next.number == number {
-        true => "Next",
-        false => "The path of an hour is done. More",
+    let what = if next.path || next.number == number {
+        "Next"
+    } else {
+        "The path of an hour is done. More"
     };
     Some(format!(
         "{what}: ratelab exercise {} ({})",

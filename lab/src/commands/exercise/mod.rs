@@ -58,7 +58,7 @@ fn check_options(args: &ExerciseArgs) -> Result<(), Error> {
     })
 }
 
-/// The questions that a label names: at least one.
+/// Returns the questions that a label names: at least one.
 fn find(Label(label): &Label) -> Result<Vec<&'static Exercise>, Error> {
     match exercises::named(label) {
         known if known.is_empty() => Err(Error::BadInput(format!(
@@ -176,8 +176,8 @@ fn judge_session(program: &Program, exercise: &Exercise, file: &Path) -> Result<
     Err(Error::Unfinished(why))
 }
 
-/// Whether `recording` is a rescue of the learner's own whose run comes again, if it is whole, with a
-/// text.
+/// Returns whether `recording` is a rescue of the learner's own whose run comes again, if it is
+/// whole, with a text.
 fn judged(program: &Program, recording: &Recording) -> (bool, String) {
     let (accepted, text) = accept(recording);
     if !accepted || !recording.is_whole() {
@@ -214,9 +214,9 @@ mod tests {
         let experiment = Experiment::new(program.system.clone(), &config).expect("built");
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("own.rrd");
-        let recorder = record(destination_of(Some(path.clone()), None), &experiment);
-        let recorder = recorder.expect("a new file");
-        recorder.end(StopReason::of(&experiment.run()));
+        let recorder =
+            record(destination_of(Some(path.clone()), None), &experiment).expect("a new file");
+        recorder.end(StopReason::from_outcome(&experiment.run()));
         recorder.finish().expect("recorded");
         let own = Recording::read(&path).expect("a recording");
         let (accepted, text) = judged(&program, &own);

@@ -22,11 +22,13 @@ pub struct HandIn {
     pub refused: Option<String>,
 }
 
-/// The hand-ins in `dir`, by name. Hidden folders and loose files are none.
+/// Returns the hand-ins in `dir`, by name. Hidden folders and loose files are none.
 pub fn hand_ins(dir: &Path) -> Result<Vec<HandIn>, Error> {
     let bad = |why: io::Error| Error::BadInput(format!("{}: {why}", dir.display()));
-    let folders = sorted(dir).map_err(bad)?.into_iter();
-    let folders = folders.filter(|path| path.is_dir() && !file_name(path).starts_with('.'));
+    let folders = sorted(dir)
+        .map_err(bad)?
+        .into_iter()
+        .filter(|path| path.is_dir() && !file_name(path).starts_with('.'));
     let hand_ins: Vec<HandIn> = folders.map(|folder| HandIn::read(&folder)).collect();
     if hand_ins.is_empty() {
         let why = "there is no hand-in: expected one folder per learner, with answers.toml in it";
@@ -41,9 +43,12 @@ impl HandIn {
             Ok(files) => (files, None),
             Err(why) => (Vec::new(), Some(why.to_string())),
         };
-        let (answers, invalid) = match answers(&folder.join(predictions::FILE)) {
+        let (answers, invalid) = match Answers::load(&folder.join(predictions::FILE)) {
             Ok(answers) => (answers, None),
-            Err(why) => (Answers::default(), Some(why)),
+            Err(error) => {
+                let why = format!("{}: {}", predictions::FILE, error.cause());
+                (Answers::default(), Some(why))
+            }
         };
         recordings.retain(|path| path.extension().is_some_and(|end| end == "rrd"));
         let empty = answers == Answers::default() && recordings.is_empty();
@@ -57,13 +62,7 @@ impl HandIn {
     }
 }
 
-/// The predictions in `file`, which a learner wrote.
-fn answers(file: &Path) -> Result<Answers, String> {
-    let answers = Answers::load(file);
-    answers.map_err(|error| format!("{}: {}", predictions::FILE, error.cause()))
-}
-
-/// The content of a folder, by name: s2 comes before s10.
+/// Returns the content of a folder, by name: s2 comes before s10.
 fn sorted(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let entries = fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path()));
     let mut paths = entries.collect::<io::Result<Vec<PathBuf>>>()?;

@@ -1,4 +1,4 @@
-//! What a teacher had better look at, in a whole class. A flag is no judgement: of two copies
+//! What a teacher should look at, in a whole class. A flag is not a judgement: of two copies
 //! nobody knows which is the original, and an early version wrote files without marks.
 
 use exercises::{framework::PredictionOrigin, rescue::session::alike};
@@ -12,11 +12,14 @@ const TELLING: usize = 4;
 /// Flags everything in a class.
 pub fn find(graded: &mut [Graded], roster: Option<&Roster>) {
     let found = graded.iter().map(|of| {
-        let marks = of.marks.iter();
-        let marks = marks.map(|mark| of_prediction(of, mark, graded, roster));
+        let marks = of
+            .marks
+            .iter()
+            .map(|mark| prediction_flags(of, mark, graded, roster));
         let sessions = 0..of.sessions.len();
-        let sessions = sessions.map(|at| of_session(of, at, graded));
-        marks.chain(sessions).collect()
+        marks
+            .chain(sessions.map(|at| session_flags(of, at, graded)))
+            .collect()
     });
     let found: Vec<Vec<Flags>> = found.collect();
     for (graded, found) in graded.iter_mut().zip(found) {
@@ -27,7 +30,7 @@ pub fn find(graded: &mut [Graded], roster: Option<&Roster>) {
     }
 }
 
-fn of_prediction(
+fn prediction_flags(
     of: &Graded,
     mark: &GradedPrediction,
     class: &[Graded],
@@ -40,20 +43,24 @@ fn of_prediction(
         }
         PredictionOrigin::Edited => Some("changed after ratelab wrote it".to_owned()),
     };
-    let redone = mark.redone.as_ref();
-    let redone = redone.map(|then| mark.brief.in_unit(then.number()));
-    let redone = redone.map(|then| format!("later {then}: the first one counts"));
+    let redone = mark
+        .redone
+        .as_ref()
+        .map(|then| mark.brief.in_unit(then.number()))
+        .map(|then| format!("later {then}: the first one counts"));
     let (reason, is_one) = (mark.prediction.reason(), mark.prediction.is_reasoned());
-    let short = (!is_one).then(|| format!("{reason:?} is no reason"));
+    let short = (!is_one).then(|| format!("{reason:?} is not a reason"));
     let copied = copied(of, mark, class);
     let foreign = foreign(of, mark, roster);
     [copied, edited, foreign, redone, None, None, short]
 }
 
-/// The others in whose hand-in the entry, or the words, are the same.
+/// Returns the others in whose hand-in the entry, or the words, are the same.
 fn copied(of: &Graded, mark: &GradedPrediction, class: &[Graded]) -> Option<String> {
-    let others = class.iter().filter(|other| other.learner != of.learner);
-    let others = others.filter_map(|other| Some((&*other.learner, other.mark(mark.brief)?)));
+    let others = class
+        .iter()
+        .filter(|other| other.learner != of.learner)
+        .filter_map(|other| Some((&*other.learner, other.mark(mark.brief)?)));
     let (mut files, mut words) = (Vec::new(), Vec::new());
     for (learner, theirs) in others {
         if matches!(mark.origin, PredictionOrigin::Written(_)) && mark.origin == theirs.origin {
@@ -62,9 +69,9 @@ fn copied(of: &Graded, mark: &GradedPrediction, class: &[Graded]) -> Option<Stri
             words.push(learner);
         }
     }
-    let said = [("the entry of ", files), ("the words of ", words)];
-    let said = said.iter().filter(|(_, names)| !names.is_empty());
-    let said: Vec<String> = said
+    let said: Vec<String> = [("the entry of ", files), ("the words of ", words)]
+        .iter()
+        .filter(|(_, names)| !names.is_empty())
         .map(|(what, names)| format!("{what}{}", names.join(", ")))
         .collect();
     (!said.is_empty()).then(|| said.join("; "))
@@ -72,15 +79,17 @@ fn copied(of: &Graded, mark: &GradedPrediction, class: &[Graded]) -> Option<Stri
 
 fn is_worded_alike(one: &str, other: &str) -> bool {
     let words = |reason: &str| {
-        let words = reason.split(|c: char| !c.is_alphanumeric());
-        let words = words.filter(|word| !word.is_empty()).map(str::to_lowercase);
+        let words = reason
+            .split(|c: char| !c.is_alphanumeric())
+            .filter(|word| !word.is_empty())
+            .map(str::to_lowercase);
         words.collect::<Vec<_>>()
     };
     let mine = words(one);
     mine.len() >= TELLING && mine == words(other)
 }
 
-/// Why the learner's number in a prediction is not that of the roster.
+/// Returns why the learner's number in a prediction is not that of the roster.
 fn foreign(of: &Graded, mark: &GradedPrediction, roster: Option<&Roster>) -> Option<String> {
     let (number, roster) = (mark.seed?, roster?);
     let own = roster.number(&of.learner);
@@ -88,24 +97,27 @@ fn foreign(of: &Graded, mark: &GradedPrediction, roster: Option<&Roster>) -> Opt
         return None;
     }
     let others: Vec<&str> = roster.owners(number).collect();
-    let whose = match others.is_empty() {
-        true => String::new(),
-        false => format!(" of {}", others.join(", ")),
+    let whose = if others.is_empty() {
+        String::new()
+    } else {
+        format!(" of {}", others.join(", "))
     };
-    let own = own.map_or_else(|| "no number".to_owned(), |own| own.to_string());
+    let own_text = own.map_or_else(|| "no number".to_owned(), |own| own.to_string());
     Some(format!(
-        "about number {number}{whose}; the roster has {own}"
+        "about number {number}{whose}; the roster has {own_text}"
     ))
 }
 
-fn of_session(of: &Graded, at: usize, class: &[Graded]) -> Flags {
+fn session_flags(of: &Graded, at: usize, class: &[Graded]) -> Flags {
     let session = &of.sessions[at];
-    let others = class.iter().filter(|other| other.learner != of.learner);
-    let others = others.flat_map(|other| {
-        let sessions = other.sessions.iter();
-        let same = sessions.filter(|theirs| alike(&session.commands, &theirs.commands));
-        same.map(|theirs| theirs.name(&other.learner))
-    });
+    let others = class
+        .iter()
+        .filter(|other| other.learner != of.learner)
+        .flat_map(|other| {
+            let sessions = other.sessions.iter();
+            let same = sessions.filter(|theirs| alike(&session.commands, &theirs.commands));
+            same.map(|theirs| theirs.name(&other.learner))
+        });
     let others: Vec<String> = others.collect();
     let copied = (!others.is_empty()).then(|| format!("the same session as {}", others.join(", ")));
     let scripted = session
@@ -115,12 +127,16 @@ fn of_session(of: &Graded, at: usize, class: &[Graded]) -> Flags {
 }
 
 impl Graded {
-    /// What to look at: the items with the same evidence together, and the evidence.
+    /// Returns what to look at: the items with the same evidence together, and the evidence.
     pub fn to_look_at(&self) -> Vec<(String, &str)> {
-        let marks = self.marks.iter();
-        let marks = marks.map(|mark| (mark.brief.label(), &mark.flags));
-        let sessions = self.sessions.iter();
-        let sessions = sessions.map(|session| (session.file_name(), &session.flags));
+        let marks = self
+            .marks
+            .iter()
+            .map(|mark| (mark.brief.label(), &mark.flags));
+        let sessions = self
+            .sessions
+            .iter()
+            .map(|session| (session.file_name(), &session.flags));
         let mut found: Vec<(String, &str)> = Vec::new();
         for (item, flags) in marks.chain(sessions) {
             for why in flags.iter().flatten() {

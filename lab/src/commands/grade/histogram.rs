@@ -50,7 +50,7 @@ fn row(what: String, of: &[(f64, bool)]) -> Tally {
     }
 }
 
-/// The next of 1, 2, 5, 10 and so on that is not below `least`.
+/// Returns the next of 1, 2, 5, 10 and so on that is not below `least`.
 fn round_step(least: f64) -> f64 {
     let power = 10_f64.powf(least.log10().floor());
     let steps = [1.0, 2.0, 5.0].map(|step| step * power);
@@ -60,10 +60,13 @@ fn round_step(least: f64) -> f64 {
         .unwrap_or(10.0 * power)
 }
 
-/// A line for each row, with a bar.
+/// Returns a line for each row, with a bar.
 pub fn lines(rows: &[Tally]) -> Vec<String> {
-    let wide = rows.iter().map(|row| row.what.chars().count()).max();
-    let wide = wide.unwrap_or(0);
+    let wide = rows
+        .iter()
+        .map(|row| row.what.chars().count())
+        .max()
+        .unwrap_or(0);
     let most = rows.iter().map(|row| row.count).max().unwrap_or(0).max(BAR);
     let line = |row: &Tally| {
         let bar = "█".repeat((row.count * BAR).div_ceil(most));

@@ -32,7 +32,7 @@ pub struct GradedPrediction {
     pub right: bool,
     /// Its deviation, as text.
     pub by: String,
-    /// The later prediction, if there is one.
+    /// The later prediction, if any.
     pub redone: Option<Prediction>,
     /// How it came into the file.
     pub origin: PredictionOrigin,
@@ -49,7 +49,7 @@ const SILENCE: Duration = Duration::from_secs(30);
 /// A question, and the learner's number if that decides what is measured.
 type Wanted = (&'static Exercise, Option<u64>);
 
-/// What the first predictions in `answers` are about: each question once, or once for each
+/// Returns what the first predictions in `answers` are about: each question once, or once for each
 /// number of a learner that decides what is measured.
 fn wanted<'a>(answers: impl IntoIterator<Item = &'a Answers>) -> Vec<Wanted> {
     let mut known = BTreeSet::new();
@@ -138,7 +138,7 @@ impl Measured {
         marks.collect()
     }
 
-    /// The questions with a prediction; with the result, if that is the same for everyone.
+    /// Returns the questions with a prediction; with the result, if that is the same for everyone.
     pub fn questions(&self) -> impl Iterator<Item = (&'static Brief, Option<&Findings>)> {
         let all = exercises::questions().map(|question| question.brief());
         all.filter_map(|brief| {

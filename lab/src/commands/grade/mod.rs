@@ -57,7 +57,7 @@ pub fn grade(program: &Program, args: &GradeArgs) -> Result<(), Error> {
     let mut graded = Vec::new();
     let all = hand_ins.len();
     for hand_in in hand_ins {
-        match Graded::of(hand_in, &measured, program, &asked)? {
+        match Graded::grade(hand_in, &measured, program, &asked)? {
             Some(hand_in) => graded.push(hand_in),
             None => break,
         }
@@ -96,7 +96,7 @@ impl Graded {
     ///
     /// # Errors
     /// [`Error`] if a recording cannot be verified at all.
-    fn of(
+    fn grade(
         hand_in: HandIn,
         measured: &Measured,
         program: &Program,
@@ -107,7 +107,9 @@ impl Graded {
         };
         let (files, program) = (hand_in.recordings, program.clone());
         let sessions = signals::done_unless(asked, move || {
-            let sessions = files.iter().map(|file| GradedRun::of(file, &program));
+            let sessions = files
+                .iter()
+                .map(|file| GradedRun::from_file(file, &program));
             sessions.collect()
         });
         let sessions: Option<Vec<_>> = sessions
@@ -120,20 +122,22 @@ impl Graded {
         }))
     }
 
-    /// Whether everything in it is acceptable. A wrong prediction is.
+    /// Returns whether everything in it is acceptable. A wrong prediction is.
     fn is_accepted(&self) -> bool {
         self.refusals().is_empty()
     }
 
-    /// The prediction for a question, if there is one.
+    /// Returns the prediction for a question, if any.
     fn mark(&self, brief: &Brief) -> Option<&GradedPrediction> {
         self.marks.iter().find(|mark| mark.brief.name == brief.name)
     }
 
-    /// What is not acceptable: the file or folder, and the reason.
+    /// Returns what is not acceptable: the file or folder, and the reason.
     fn refusals(&self) -> Vec<(String, String)> {
-        let whole = self.refused.iter();
-        let whole = whole.map(|why| (self.learner.clone(), why.clone()));
+        let whole = self
+            .refused
+            .iter()
+            .map(|why| (self.learner.clone(), why.clone()));
         let sessions = self.sessions.iter().flat_map(|session| {
             let name = session.name(&self.learner);
             let refused = session.refused.iter();
@@ -143,13 +147,13 @@ impl Graded {
     }
 }
 
-/// The predictions of a class for a question, each with whether it is right.
+/// Returns the predictions of a class for a question, each with whether it is right.
 fn predictions(graded: &[Graded], brief: &Brief) -> impl Iterator<Item = (f64, bool)> {
     let marks = graded.iter().filter_map(|graded| graded.mark(brief));
     marks.map(|mark| (mark.prediction.number(), mark.right))
 }
 
-/// The last part of a path, as text.
+/// Returns the last part of a path, as text.
 fn file_name(path: &Path) -> String {
     let name = path.file_name().unwrap_or(path.as_os_str());
     name.to_string_lossy().into_owned()

@@ -1,13 +1,25 @@
 //! The roster of a class: who has which number.
 
-use std::{collections::BTreeMap, path::Path};
+use std::{collections::BTreeMap, fmt::Display, path::Path};
 
 use ratelab_study::file::read_text;
+use thiserror::Error as ThisError;
 
 use crate::error::Error;
 
 /// Maximum size of a roster (bytes).
 const LARGEST: u64 = 1 << 20;
+
+/// What is wrong with a roster.
+#[derive(Debug, ThisError)]
+enum RosterError {
+    #[error("line {line}: {name:?} is there twice")]
+    Twice { line: usize, name: String },
+    #[error("line {line}: {text:?}: expected a learner and a number, as in anna,17")]
+    NoLearner { line: usize, text: String },
+    #[error("there is no learner in it: expected lines such as anna,17")]
+    Empty,
+}
 
 /// Numbers by the name of the learner's folder.
 pub struct Roster(BTreeMap<String, u64>);
@@ -17,51 +29,55 @@ impl Roster {
     /// number is a head; `#` begins a comment.
     ///
     /// # Errors
-    /// [`Error::BadInput`] for an unreadable file, and for a line that is no learner.
+    /// [`Error::BadInput`] for an unreadable file, and for a line without a learner.
     pub fn read(file: &Path) -> Result<Self, Error> {
-        let bad = |why: String| Error::BadInput(format!("--roster {}: {why}", file.display()));
-        let text = read_text(file, LARGEST).map_err(|why| bad(why.to_string()))?;
-        Self::parse(&text).map_err(bad)
+        let bad =
+            |why: &dyn Display| Error::BadInput(format!("--roster {}: {why}", file.display()));
+        let text = read_text(file, LARGEST).map_err(|why| bad(&why))?;
+        Self::parse(&text).map_err(|why| bad(&why))
     }
 
-    fn parse(text: &str) -> Result<Self, String> {
+    fn parse(text: &str) -> Result<Self, RosterError> {
         let mut numbers = BTreeMap::new();
         let lines = text.trim_start_matches('\u{feff}').lines();
-        for (at, line) in (1..).zip(lines) {
-            let line = line.split('#').next().unwrap_or_default().trim();
-            if line.is_empty() {
+        for (number, line) in (1..).zip(lines) {
+            let entry = line.split('#').next().unwrap_or_default().trim();
+            if entry.is_empty() {
                 continue;
             }
-            match learner(line) {
+            match learner(entry) {
                 Some((name, _)) if numbers.contains_key(&name) => {
-                    return Err(format!("line {at}: {name:?} is there twice"));
+                    return Err(RosterError::Twice { line: number, name });
                 }
-                Some((name, number)) => drop(numbers.insert(name, number)),
-                None if at == 1 && line.contains(SEPARATORS) => {}
+                Some((name, of)) => drop(numbers.insert(name, of)),
+                None if number == 1 && entry.contains(SEPARATORS) => {}
                 None => {
-                    let expected = "expected a learner and a number, as in anna,17";
-                    return Err(format!("line {at}: {line:?}: {expected}"));
+                    return Err(RosterError::NoLearner {
+                        line: number,
+                        text: entry.to_owned(),
+                    });
                 }
             }
         }
-        match numbers.is_empty() {
-            true => Err("there is no learner in it: expected lines such as anna,17".to_owned()),
-            false => Ok(Self(numbers)),
+        if numbers.is_empty() {
+            Err(RosterError::Empty)
+        } else {
+            Ok(Self(numbers))
         }
     }
 
-    /// The number of a learner.
+    /// Returns the number of a learner.
     pub fn number(&self, learner: &str) -> Option<u64> {
         self.0.get(learner).copied()
     }
 
-    /// The learners with this number.
+    /// Returns the learners with this number.
     pub fn owners(&self, number: u64) -> impl Iterator<Item = &str> {
         let all = self.0.iter().filter(move |(_, known)| **known == number);
         all.map(|(name, _)| name.as_str())
     }
 
-    /// All learners.
+    /// Returns all learners.
     pub fn learners(&self) -> impl ExactSizeIterator<Item = &str> {
         self.0.keys().map(String::as_str)
     }
@@ -111,7 +127,7 @@ mod tests {
             ("anna", "line 1"),
             (",17", "no learner"),
         ] {
-            let refused = Roster::parse(text).err().expect(text);
+            let refused = Roster::parse(text).err().expect(text).to_string();
             assert!(refused.contains(said), "{text:?}: {refused}");
         }
     }

@@ -14,19 +14,24 @@ use crate::csv::row_of;
 /// The first columns of the CSV file; one for each kind of flag follows.
 pub const HEADER: &str = "learner,accepted,item,right,number,unit,text,problem";
 
-/// The result as CSV.
+/// Returns the result as CSV.
 pub fn csv(graded: &[Graded]) -> String {
     let rows = graded.iter().flat_map(|graded| {
-        let marks = graded.marks.iter();
-        let marks = marks.map(|mark| (mark_cells(mark), &mark.flags));
-        let sessions = graded.sessions.iter();
-        let sessions = sessions.map(|session| (session_cells(session), &session.flags));
-        let whole = graded.refused.iter();
-        let whole = whole.map(|why| (whole_cells(why), &NONE));
+        let marks = graded
+            .marks
+            .iter()
+            .map(|mark| (mark_cells(mark), &mark.flags));
+        let sessions = graded
+            .sessions
+            .iter()
+            .map(|session| (session_cells(session), &session.flags));
+        let whole = graded.refused.iter().map(|why| (whole_cells(why), &NONE));
         marks.chain(sessions).chain(whole).map(|(cells, flags)| {
             let learner = [graded.learner.clone(), graded.is_accepted().to_string()];
-            let flags = flags.iter().map(|why| why.clone().unwrap_or_default());
-            let cells = learner.into_iter().chain(cells).chain(flags);
+            let cells = learner
+                .into_iter()
+                .chain(cells)
+                .chain(flags.iter().map(|why| why.clone().unwrap_or_default()));
             row_of(cells.map(no_formula)) + "\n"
         })
     });
@@ -67,27 +72,29 @@ fn session_cells(session: &GradedRun) -> [String; 6] {
     ]
 }
 
-/// A cell of a CSV file. A learner's text that a spreadsheet would take for a formula gets
+/// Returns a cell of a CSV file. A learner's text that a spreadsheet would take for a formula gets
 /// an apostrophe before it.
 fn no_formula(cell: String) -> String {
     let number = cell.parse::<f64>().is_ok();
-    match cell.starts_with(['=', '+', '-', '@', '\t', '\r']) && !number {
-        true => format!("'{cell}"),
-        false => cell,
+    if cell.starts_with(['=', '+', '-', '@', '\t', '\r']) && !number {
+        format!("'{cell}")
+    } else {
+        cell
     }
 }
 
-/// The result as JSON.
+/// Returns the result as JSON.
 pub fn json(graded: &[Graded], measured: &Measured) -> Value {
-    let questions = measured.questions();
-    let questions = questions.map(|(brief, _)| question(graded, brief));
+    let questions = measured
+        .questions()
+        .map(|(brief, _)| question(graded, brief));
     json!({
         "hand_ins": graded.iter().map(hand_in).collect::<Vec<_>>(),
         "questions": questions.collect::<Vec<_>>(),
     })
 }
 
-/// The flags with evidence, by kind.
+/// Returns the flags with evidence, by kind.
 fn known(flags: &Flags) -> Map<String, Value> {
     let all = KINDS.iter().zip(flags);
     let known = all.filter_map(|(kind, why)| Some(((*kind).to_owned(), json!(why.as_ref()?))));

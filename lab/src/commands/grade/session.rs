@@ -35,7 +35,7 @@ pub struct GradedRun {
 
 impl GradedRun {
     /// Judges and verifies the recording in `file`.
-    pub fn of(file: &Path, program: &Program) -> Self {
+    pub fn from_file(file: &Path, program: &Program) -> Self {
         let mut session = Self {
             file: file.to_owned(),
             ..Self::default()
@@ -44,9 +44,10 @@ impl GradedRun {
             Ok(recording) => session.judge(&recording, program),
             Err(why) => {
                 let path = format!("{}: ", file.display());
-                let why = why.to_string();
-                let why = why.strip_prefix(&path).unwrap_or(&why);
-                session.refused.push(why.to_owned());
+                let text = why.to_string();
+                session
+                    .refused
+                    .push(text.strip_prefix(&path).unwrap_or(&text).to_owned());
             }
         }
         session
@@ -75,19 +76,19 @@ impl GradedRun {
         }
     }
 
-    /// Its name in the folder of the `learner`.
+    /// Returns its name in the folder of the `learner`.
     pub fn name(&self, learner: &str) -> String {
         format!("{learner}/{}", self.file_name())
     }
 
-    /// The name of the file.
+    /// Returns the name of the file.
     pub fn file_name(&self) -> String {
         file_name(&self.file)
     }
 }
 
-/// Whether a knob was turned while virtual time passed as fast as it can: a run is over before a
-/// hand reaches the keys.
+/// Returns whether a knob was turned while virtual time passed as fast as it can: a run is over
+/// before a hand reaches the keys.
 fn is_too_fast(recording: &Recording) -> bool {
     let origin = &recording.origin.config;
     let (mut clock, mut speed) = (origin.clock, origin.speed);

@@ -13,7 +13,7 @@ use crate::{printable::one_line, summary::text::line};
 /// Columns of a line.
 const WIDTH: usize = 80;
 
-/// A learner per row, then the predictions by question, then what to look at and what is
+/// Returns a learner per row, then the predictions by question, then what to look at and what is
 /// not acceptable.
 pub fn text(graded: &[Graded], measured: &Measured, roster: Option<&Roster>) -> String {
     let questions: Vec<(&Brief, Option<&Findings>)> = measured.questions().collect();
@@ -33,13 +33,15 @@ pub fn text(graded: &[Graded], measured: &Measured, roster: Option<&Roster>) -> 
         found.map(|(items, why)| format!("{} {items}: {why}", graded.learner))
     });
     lines.extend(listed("To look at", "?", flagged));
-    let refused = graded.iter().flat_map(Graded::refusals);
-    let refused = refused.map(|(what, why)| format!("{what}: {why}"));
+    let refused = graded
+        .iter()
+        .flat_map(Graded::refusals)
+        .map(|(what, why)| format!("{what}: {why}"));
     lines.extend(listed("Not acceptable", "✖", refused));
     lines.join("\n")
 }
 
-/// What the table is about.
+/// Returns what the table is about.
 fn head(
     graded: &[Graded],
     questions: &[(&Brief, Option<&Findings>)],
@@ -67,9 +69,10 @@ fn head(
             let is_missing = |name: &&str| graded.iter().all(|graded| graded.learner != *name);
             let mut missing: Vec<&str> = roster.learners().filter(is_missing).collect();
             missing.sort_by(|one, other| natural::order(one, other));
-            let missing = match missing.is_empty() {
-                true => "all with a hand-in".to_owned(),
-                false => format!("without a hand-in: {}", missing.join(", ")),
+            let missing = if missing.is_empty() {
+                "all with a hand-in".to_owned()
+            } else {
+                format!("without a hand-in: {}", missing.join(", "))
             };
             let learners = roster.learners().len();
             lines.push(one_line(&line("roster", &format!("{learners}, {missing}"))));
@@ -83,10 +86,11 @@ fn head(
     lines
 }
 
-/// A headed list, if there is something in it.
+/// Returns a headed list, if there is something in it.
 fn listed(head: &str, sign: &str, items: impl Iterator<Item = String>) -> Vec<String> {
-    let items = items.map(|item| one_line(&format!("  {sign} {item}")));
-    let mut lines: Vec<String> = items.collect();
+    let mut lines: Vec<String> = items
+        .map(|item| one_line(&format!("  {sign} {item}")))
+        .collect();
     if !lines.is_empty() {
         lines.insert(0, format!("\n{head}"));
     }
@@ -102,7 +106,7 @@ fn heading(brief: &Brief) -> String {
     format!("{} {}{unit}", brief.label(), brief.quantity)
 }
 
-/// The table of the learners: as many below each other as it takes for the width.
+/// Returns the table of the learners: as many below each other as it takes for the width.
 fn learners(graded: &[Graded], questions: &[(&Brief, Option<&Findings>)]) -> Vec<String> {
     let names = graded.iter().map(|graded| one_line(&graded.learner));
     let mut columns = vec![column("learner".to_owned(), names)];
@@ -136,12 +140,12 @@ fn learners(graded: &[Graded], questions: &[(&Brief, Option<&Findings>)]) -> Vec
     tables.collect::<Vec<_>>().join(&String::new())
 }
 
-/// A head and the cells below it.
+/// Returns a head and the cells below it.
 fn column(head: String, cells: impl Iterator<Item = String>) -> Vec<String> {
     [head].into_iter().chain(cells).collect()
 }
 
-/// The lines of a table with these columns, and an empty one after another table.
+/// Returns the lines of a table with these columns, and an empty one after another table.
 fn table(columns: &[Vec<String>]) -> Vec<String> {
     let row = |at: usize| columns.iter().map(|column| column[at].clone()).collect();
     let table = Table {
@@ -152,13 +156,13 @@ fn table(columns: &[Vec<String>]) -> Vec<String> {
     text.lines().map(str::to_owned).collect()
 }
 
-/// How many predictions are right.
+/// Returns how many predictions are right.
 fn right(graded: &Graded) -> String {
     let right = graded.marks.iter().filter(|mark| mark.right).count();
     format!("{right} of {}", graded.marks.len())
 }
 
-/// How many sessions are acceptable.
+/// Returns how many sessions are acceptable.
 fn sessions(graded: &Graded) -> String {
     let accepted = graded.sessions.iter().filter(|s| s.refused.is_empty());
     match (accepted.count(), graded.sessions.len()) {
@@ -169,7 +173,7 @@ fn sessions(graded: &Graded) -> String {
     }
 }
 
-/// A prediction in the table: with the number, if it is one.
+/// Returns a prediction in the table: with the number, if it is one.
 fn cell(mark: &GradedPrediction) -> String {
     match &mark.brief.choices[..] {
         [] => format!("{} {}", sign(mark.right), mark.prediction.number()),
@@ -190,12 +194,12 @@ fn title(brief: &Brief, findings: Option<&Findings>) -> String {
     format!("{} {}: {measured}{within}", brief.label(), brief.title)
 }
 
-/// The predictions for a question with their reasons, and others with the same words.
+/// Returns the predictions for a question with their reasons, and others with the same words.
 fn reasons<'g>(graded: &'g [Graded], brief: &'g Brief) -> impl Iterator<Item = String> + 'g {
     let marks = graded.iter().filter_map(|g| Some((g, g.mark(brief)?)));
     marks.map(|(of, mark)| {
         let [twin, ..] = &mark.flags;
-        let twin = twin.as_ref().map(|others| format!(" ({others})"));
+        let twins = twin.as_ref().map(|others| format!(" ({others})"));
         let drawn = mark.seed.map(|seed| format!(" (number {seed})"));
         one_line(&format!(
             "  {} {}{}: {}, {}{}",
@@ -204,7 +208,7 @@ fn reasons<'g>(graded: &'g [Graded], brief: &'g Brief) -> impl Iterator<Item = S
             drawn.unwrap_or_default(),
             brief.in_unit(mark.prediction.number()),
             mark.prediction.reason(),
-            twin.unwrap_or_default(),
+            twins.unwrap_or_default(),
         ))
     })
 }

@@ -78,8 +78,10 @@ fn budget(program: &Program, args: &HuntArgs, config: &Config) -> Result<Budget,
     // The last topic that is read, in the order in which nodes were added.
     let last = || read_topics(&experiment).pop().unwrap_or_default();
     let topic = args.topic.clone().unwrap_or_else(last);
-    let offset = args.shift.as_ref();
-    let offset = offset.and_then(|(node, _)| config.setup.offset(node));
+    let offset = args
+        .shift
+        .as_ref()
+        .and_then(|(node, _)| config.setup.offset(node));
     let budget = Budget {
         topic,
         lose: args.lose,
@@ -116,7 +118,7 @@ fn record_run(program: &Program, args: &HuntArgs, config: &Config) -> Result<(),
     // The run of a hunt that was stopped is recorded whole: the next signal ends the program.
     signals::watch(move || drop(commands.send(Command::Stop)), || ());
     let outcome = experiment.run();
-    recorder.end(StopReason::of(&outcome));
+    recorder.end(StopReason::from_outcome(&outcome));
     print_recorded(args.json, &recorder.finish()?)?;
     outcome.map(drop).map_err(Error::from)
 }

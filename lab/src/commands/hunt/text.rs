@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use crate::summary::text::lines;
 
-/// A description of the budget.
+/// Returns a description of the budget.
 pub fn budget(budget: &Budget) -> String {
     let topic = &budget.topic;
     let mut parts = Vec::new();
@@ -39,7 +39,7 @@ pub fn budget(budget: &Budget) -> String {
     format!("at most {}", listed(&parts))
 }
 
-/// The outcome in lines: the verdict, the faults, and the evidence.
+/// Returns the outcome in lines: the verdict, the faults, and the evidence.
 pub fn outcome(system: &dyn System, found: &Found) -> String {
     let mut rows = vec![("verdict", found.verdict.to_string())];
     let knobs = KnobText(system.aliases()).lines(&found.knobs);
@@ -49,7 +49,7 @@ pub fn outcome(system: &dyn System, found: &Found) -> String {
     lines(&rows)
 }
 
-/// The evidence, in one or two sentences.
+/// Returns the evidence, in one or two sentences.
 pub fn proven(system: &dyn System, found: &Found) -> String {
     let good = good(system);
     let good = match &*good {
@@ -70,15 +70,16 @@ pub fn proven(system: &dyn System, found: &Found) -> String {
     format!("{} is enough; {proof}", faults(&found.knobs))
 }
 
-/// The faults, as the beginning of a sentence.
+/// Returns the faults, as the beginning of a sentence.
 fn faults(knobs: &[TimedKnob]) -> String {
     let (mut lost, mut late, mut others) = (BTreeMap::new(), BTreeMap::new(), Vec::new());
     for TimedKnob { at, knob } in knobs {
         match knob {
             Knob::Lose { topic, seq } => lost.entry(topic).or_insert_with(Vec::new).push(*seq),
             Knob::Postpone { topic, seq, delay } => {
-                let late = late.entry(topic).or_insert_with(Vec::new);
-                late.push(format!("message {seq} by {} ms", to_millis(*delay)));
+                late.entry(topic)
+                    .or_insert_with(Vec::new)
+                    .push(format!("message {seq} by {} ms", to_millis(*delay)));
             }
             Knob::Hang { node, cost } => {
                 let ms = to_millis(*cost);
@@ -90,7 +91,7 @@ fn faults(knobs: &[TimedKnob]) -> String {
             other => others.push(other.to_string()),
         }
     }
-    let lost = lost.into_iter().map(|(topic, numbers)| {
+    let losses = lost.into_iter().map(|(topic, numbers)| {
         let messages = if numbers.len() == 1 {
             "message"
         } else {
@@ -99,8 +100,10 @@ fn faults(knobs: &[TimedKnob]) -> String {
         format!("losing {messages} {} of {topic}", listed(&ranges(&numbers)))
     });
     let late = late.into_iter();
-    let late = late.map(|(topic, late)| format!("postponing {} on {topic}", listed(&late)));
-    let parts: Vec<String> = lost.chain(late).chain(others).collect();
+    let parts: Vec<String> = losses
+        .chain(late.map(|(topic, late)| format!("postponing {} on {topic}", listed(&late))))
+        .chain(others)
+        .collect();
     listed(&parts)
 }
 
@@ -114,7 +117,7 @@ fn ranges(numbers: &[u64]) -> Vec<String> {
     texts.collect()
 }
 
-/// `parts` joined by commas, and an "and" before the last.
+/// Returns `parts` joined by commas, and an "and" before the last.
 fn listed(parts: &[String]) -> String {
     match parts {
         [first @ .., before, last] => {
@@ -125,14 +128,14 @@ fn listed(parts: &[String]) -> String {
     }
 }
 
-/// A file of knobs: the faults, after the other knobs turned in the run.
+/// Returns a file of knobs: the faults, after the other knobs turned in the run.
 pub fn file(system: &dyn System, found: &Found, knobs: &[TimedKnob]) -> String {
     let lines = KnobText(system.aliases()).lines(knobs);
     let comment = proven(system, found);
     format!("# {comment}\n{}\n", lines.join("\n"))
 }
 
-/// The outcome as JSON.
+/// Returns the outcome as JSON.
 pub fn json(system: &dyn System, found: &Found) -> Value {
     let proof = match found.proof {
         Proof::EverySmaller(_) => "every_smaller",

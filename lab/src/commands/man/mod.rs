@@ -23,7 +23,7 @@ const SECTIONS: &str = include_str!("sections.txt");
 /// An additional section for a course.
 const COURSE: &str = include_str!("course.txt");
 
-/// Prints the page of the program, or writes those of all commands into `folder`.
+/// Prints the page of the program, or writes the pages of all commands into `folder`.
 pub fn man(program: &Program, folder: Option<&Path>) -> Result<(), Error> {
     let mut command = cli::command(program).disable_help_subcommand(true);
     command.build();
@@ -34,8 +34,9 @@ pub fn man(program: &Program, folder: Option<&Path>) -> Result<(), Error> {
         return print_data(String::from_utf8_lossy(&page).trim_end());
     };
     fs::create_dir_all(folder).map_err(|why| Error::unwritable("man", folder, &why))?;
-    let pages = [(&command, &*sections)].into_iter();
-    let pages = pages.chain(command.get_subcommands().map(|command| (command, "")));
+    let pages = [(&command, &*sections)]
+        .into_iter()
+        .chain(command.get_subcommands().map(|command| (command, "")));
     let files = pages.map(|(command, sections)| {
         let file = folder.join(manual(command).get_filename());
         let file = OutputKind::Manual.open("man", &file)?;
@@ -43,13 +44,15 @@ pub fn man(program: &Program, folder: Option<&Path>) -> Result<(), Error> {
     });
     // All are checked before the first is written.
     let files = files.collect::<Result<Vec<_>, Error>>()?;
-    let mut files = files.into_iter();
-    files.try_for_each(|(file, page)| file.write(&page))
+    files
+        .into_iter()
+        .try_for_each(|(file, page)| file.write(&page))
 }
 
 fn manual(command: &Command) -> Man {
-    let name = command.get_display_name();
-    let name = name.unwrap_or_else(|| command.get_name());
+    let name = command
+        .get_display_name()
+        .unwrap_or_else(|| command.get_name());
     Man::new(command.clone())
         .title(name.to_uppercase())
         .manual("ratelab")

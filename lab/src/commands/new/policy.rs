@@ -53,7 +53,7 @@ impl ProgramPart {
         Self { title, name, code }
     }
 
-    /// The whole program.
+    /// Returns the whole program.
     fn program(&self) -> String {
         let (imports, ask) = self.code.split_once(RULE).unwrap_or_default();
         FRAME
@@ -81,13 +81,13 @@ pub fn write(path: &Path, kind: ProgramKind) -> Result<(), Error> {
     ))
 }
 
-/// Lets those who may read the file at `path` start it.
+/// Lets everybody who may read the file at `path` start it.
 fn make_executable(path: &Path) -> std::io::Result<()> {
     let mode = fs::metadata(path)?.permissions().mode();
     fs::set_permissions(path, Permissions::from_mode(mode | (mode & 0o444) >> 2))
 }
 
-/// The file as an argument: with a folder in front, so that it is seen to be a file.
+/// Returns the file as an argument: with a folder in front, so that it is seen to be a file.
 fn command(path: &Path) -> String {
     match path.components().count() {
         1 => format!("./{}", shown(path)),

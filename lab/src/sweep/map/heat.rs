@@ -16,13 +16,13 @@ const CELL: usize = 2;
 /// Blanks between the name of a group and its cells.
 const GAP: usize = 2;
 
-/// The legend of the cells.
+/// Returns the legend of the cells.
 pub fn key(summary: &SweepSummary, theme: &Theme) -> String {
     let key = SurvivalLevel::key(&summary.good, theme);
     format!("{key}; the digit is the share in tenths")
 }
 
-/// The map, in several pieces if it is too wide for one.
+/// Returns the map, in several pieces if it is too wide for one.
 pub fn lines(summary: &SweepSummary, style: &MapStyle) -> Vec<String> {
     let theme = &style.theme;
     let cell = |row: &RowSummary| level(row).paint(&cell(row, theme), theme);
@@ -38,7 +38,7 @@ pub fn lines(summary: &SweepSummary, style: &MapStyle) -> Vec<String> {
     })
 }
 
-/// A figure of linear theory for each cell, beside the map.
+/// Returns a figure of linear theory for each cell, beside the map.
 pub fn theory(summary: &SweepSummary, style: &MapStyle, figure: &Figure) -> Vec<String> {
     let texts = summary.rows().iter().map(|row| figure.text(row));
     let widest = texts.map(|text| text.len()).max().unwrap_or(1);
@@ -47,7 +47,7 @@ pub fn theory(summary: &SweepSummary, style: &MapStyle, figure: &Figure) -> Vec<
     })
 }
 
-/// A glyph, followed by tenths if some but not all runs were successful.
+/// Returns a glyph, followed by tenths if some but not all runs were successful.
 fn cell(row: &RowSummary, theme: &Theme) -> String {
     let level = level(row);
     let glyph = level.glyph(theme);
@@ -86,18 +86,19 @@ fn pieces(
             let cells: String = piece.clone().map(|place| text(rows, place)).collect();
             lines.push(line(name, &cells));
             let next = grid.groups.get(place + 1).filter(|_| summary.is_plane());
-            let edges = next.map(|(_, next)| {
-                let (rows, next) = (&rows[piece.clone()], &next[piece.clone()]);
-                edges(rows, next, cell, &style.theme)
-            });
-            let edges = edges.filter(|edges| !edges.trim().is_empty());
+            let edges = next
+                .map(|(_, next)| {
+                    let (rows, next) = (&rows[piece.clone()], &next[piece.clone()]);
+                    edges(rows, next, cell, &style.theme)
+                })
+                .filter(|edges| !edges.trim().is_empty());
             lines.extend(edges.map(|edges| line("", &edges)));
         }
     }
     lines
 }
 
-/// The edges that theory draws between two groups, each as wide as a cell.
+/// Returns the edges that theory draws between two groups, each as wide as a cell.
 fn edges(rows: &[RowSummary], next: &[RowSummary], cell: usize, theme: &Theme) -> String {
     let pairs = rows.iter().zip(next);
     let marks = pairs.map(|(row, next)| {
@@ -108,7 +109,7 @@ fn edges(rows: &[RowSummary], next: &[RowSummary], cell: usize, theme: &Theme) -
     marks.collect()
 }
 
-/// The values above their cells, written vertically if they are too long.
+/// Returns the values above their cells, written vertically if they are too long.
 fn axis(labels: &[&str], cell: usize) -> Vec<String> {
     let labels = aligned(labels);
     let longest = labels.iter().map(String::len).max().unwrap_or(0);
@@ -127,7 +128,7 @@ fn axis(labels: &[&str], cell: usize) -> Vec<String> {
     (0..longest).map(line).collect()
 }
 
-/// `labels`, aligned at their decimal points.
+/// Returns `labels`, aligned at their decimal points.
 fn aligned(labels: &[&str]) -> Vec<String> {
     let whole = |label: &str| label.find('.').unwrap_or(label.len());
     let most = labels.iter().map(|label| whole(label)).max().unwrap_or(0);

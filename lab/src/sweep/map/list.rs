@@ -14,18 +14,24 @@ const BAR: usize = 14;
 /// Width of a bar beside more figures (columns).
 const SHORT_BAR: usize = 6;
 
-/// The rows of one group.
+/// Returns the rows of one group.
 pub fn lines(summary: &SweepSummary, rows: &[RowSummary], theme: &Theme) -> Vec<String> {
     let (heading, good) = (summary.main.heading(), &summary.good);
     let values = rows.iter().map(|row| row.value.chars().count());
     let wide = values.max().unwrap_or(0).max(heading.chars().count());
-    let counts = rows.iter().map(|row| figures::count(row).len());
-    let counts = counts.max().unwrap_or(0).max(good.len());
+    let counts = rows
+        .iter()
+        .map(|row| figures::count(row).len())
+        .max()
+        .unwrap_or(0)
+        .max(good.len());
     let bar_width = if summary.theory { SHORT_BAR } else { BAR };
-    let figures = figures::of(summary);
+    let figures = figures::all(summary);
     let line = |value: &str, count: &str, bar: &str, cells: &dyn Fn(&figures::Figure) -> String| {
-        let cells = figures.iter().map(|figure| (cells(figure), figure.width()));
-        let cells = cells.map(|(cell, width)| format!("  {cell:>width$}"));
+        let cells = figures
+            .iter()
+            .map(|figure| (cells(figure), figure.width()))
+            .map(|(cell, width)| format!("  {cell:>width$}"));
         let cells: String = cells.collect();
         format!("{value:>wide$}  {count:>counts$}  {bar}{cells}")
     };

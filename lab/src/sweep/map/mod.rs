@@ -33,7 +33,7 @@ const SURE: &str = "deviations shrink whatever the pattern of the delays, by the
 /// An explanation of the figure for chunks.
 const STANDS: &str = "the share of starts that stand for ten seconds, by linear theory";
 
-/// The map: a list if one knob is swept, otherwise a line for each combination of the
+/// Returns the map: a list if one knob is swept, otherwise a line for each combination of the
 /// slower knobs.
 pub fn text(summary: &SweepSummary, style: &MapStyle) -> String {
     let mut lines = head_lines(summary, &style.theme);
@@ -56,7 +56,7 @@ pub fn text(summary: &SweepSummary, style: &MapStyle) -> String {
         }
         _ => {
             lines.extend(heat::lines(summary, style));
-            for figure in figures::of_theory(summary) {
+            for figure in figures::theory(summary) {
                 lines.push(String::new());
                 lines.extend(heat::theory(summary, style, &figure));
             }
@@ -73,7 +73,7 @@ pub fn text(summary: &SweepSummary, style: &MapStyle) -> String {
     lines.join("\n")
 }
 
-/// What is said of the theory, and of the edges that it draws.
+/// Returns what is said of the theory, and of the edges that it draws.
 fn theory_lines(summary: &SweepSummary, theme: &Theme) -> Vec<String> {
     let mut lines = vec![paragraph("growth", THEORY)];
     if summary.rows().iter().any(|row| row.theory.sure.is_some()) {
@@ -87,23 +87,24 @@ fn theory_lines(summary: &SweepSummary, theme: &Theme) -> Vec<String> {
     let single = summary.groups().len() == 1;
     lines.extend(drawn.map(|edge| {
         let [flat, upright] = edge_marks(edge, theme);
-        let mark = match single {
-            true => flat.repeat(2),
-            false => format!("{flat}{flat} {upright}"),
+        let mark = if single {
+            flat.repeat(2)
+        } else {
+            format!("{flat}{flat} {upright}")
         };
         paragraph(&mark, edge.text())
     }));
     lines
 }
 
-/// What the figures under `cost` are.
+/// Returns what the figures under `cost` are.
 fn quadratic_cost(summary: &SweepSummary) -> Option<String> {
     let cost = summary.sweep.system.quadratic_cost()?;
     let text = format!("cost: mean of {}, {} runs only", cost.sum, summary.good);
     Some(line("quadratic", &text))
 }
 
-/// The runs of all rows by age.
+/// Returns the runs of all rows by age.
 pub fn by_age(summary: &SweepSummary, table: &AgeTable, style: &MapStyle) -> String {
     let mut lines = head_lines(summary, &style.theme);
     lines.push(String::new());
@@ -116,7 +117,7 @@ fn head_lines(summary: &SweepSummary, theme: &Theme) -> Vec<String> {
     head.map(|(name, text)| line(name, &text)).collect()
 }
 
-/// The axes of the sweep, and its progress, each with a name.
+/// Returns the axes of the sweep, and its progress, each with a name.
 pub fn head(summary: &SweepSummary, theme: &Theme) -> Vec<(&'static str, String)> {
     let sweep = &summary.sweep;
     let runs = format!(
@@ -137,13 +138,14 @@ pub fn head(summary: &SweepSummary, theme: &Theme) -> Vec<(&'static str, String)
     lines
 }
 
-/// The knobs with one value.
+/// Returns the knobs with one value.
 fn fixed(sweep: &Sweep) -> String {
     let Some(cell) = sweep.cell(0) else {
         return String::new();
     };
-    let columns = columns::of(sweep).into_iter();
-    let columns = columns.filter(|column| !column.is_swept_by_another(sweep));
+    let columns = columns::all(sweep)
+        .into_iter()
+        .filter(|column| !column.is_swept_by_another(sweep));
     let fixed = columns.filter(|column| {
         sweep
             .axis(&column.name)
@@ -156,7 +158,7 @@ fn fixed(sweep: &Sweep) -> String {
     parts.collect::<Vec<_>>().join(" | ")
 }
 
-/// The knobs with several values, and always the seeds and the fastest knob.
+/// Returns the knobs with several values, and always the seeds and the fastest knob.
 fn factors(sweep: &Sweep) -> Vec<String> {
     let count = |count: usize, what: &str| {
         let stem = what.strip_suffix('y');
@@ -169,7 +171,7 @@ fn factors(sweep: &Sweep) -> Vec<String> {
         format!("{count} {plural}")
     };
     let main = sweep.axes.last();
-    let columns = columns::of(sweep).into_iter();
+    let columns = columns::all(sweep).into_iter();
     let several = columns.filter_map(|column| {
         let axis = sweep.axis(&column.name)?;
         let counts = axis.values.len() > 1 || main == Some(axis);
@@ -178,12 +180,13 @@ fn factors(sweep: &Sweep) -> Vec<String> {
     several.chain([count(sweep.seeds.len(), "seed")]).collect()
 }
 
-/// The survival level of a row.
+/// Returns the survival level of a row.
 fn level(row: &RowSummary) -> SurvivalLevel {
-    SurvivalLevel::of(row.survival.held, row.survival.runs)
+    SurvivalLevel::new(row.survival.held, row.survival.runs)
 }
 
-/// What an edge that theory draws is made of: between two lines, and between two cells of a line.
+/// Returns what an edge that theory draws is made of: between two lines, and between two cells of a
+/// line.
 fn edge_marks(edge: Edge, theme: &Theme) -> [&'static str; 2] {
     match edge {
         Edge::Grows => [theme.glyph("┄", "-"), theme.glyph("┊", "|")],

@@ -38,7 +38,7 @@ texts that a crate brings are here, also those of parts of it that the program l
 out. A text is a standard one where the crate brings none.
 ";
 
-/// The list of all crates in the program for this machine, followed by the licence texts,
+/// Returns the list of all crates in the program for this machine, followed by the licence texts,
 /// without duplicates.
 ///
 /// # Errors
@@ -79,7 +79,7 @@ fn entry(package: &Package, numbers: &BTreeSet<usize>) -> String {
     )
 }
 
-/// The version of the rerun viewer for the recordings: that of the crate.
+/// Returns the version of the rerun viewer for the recordings: that of the crate.
 ///
 /// # Errors
 /// If cargo fails.
@@ -98,7 +98,7 @@ fn metadata(machine: &Machine) -> Result<Metadata, Error> {
     Ok(command.exec()?)
 }
 
-/// The metadata covers all crates of the workspace; the tree covers those of this
+/// The metadata covers all crates of the workspace; the tree covers the crates of this
 /// program.
 fn linked(machine: &Machine) -> Result<Vec<Package>, Error> {
     let tree = tree(machine).ok_or_else(|| Error::silent("cargo tree", "crates"))?;
@@ -128,7 +128,7 @@ fn name_and_version(line: &str) -> Option<(&str, &str)> {
     Some((words.next()?, words.next()?.strip_prefix('v')?))
 }
 
-/// The texts in `package`, or else standard ones. The crates of this workspace share one.
+/// Returns the texts in `package`, or else standard ones. The crates of this workspace share one.
 fn texts_of(package: &Package, root: &Path) -> Result<Vec<String>, Error> {
     let mut files = Vec::new();
     match (&package.source, package.manifest_path.parent()) {
@@ -142,18 +142,19 @@ fn texts_of(package: &Package, root: &Path) -> Result<Vec<String>, Error> {
     let mut texts: Vec<_> = texts.iter().map(text).collect();
     if texts.iter().all(|text| text.len() < SHORTEST) {
         let expression = package.license.clone().unwrap_or_default();
-        let standard = standard(&expression).filter(|texts| !texts.is_empty());
-        let standard = standard.ok_or_else(|| {
-            let (name, unknown) = (&package.name, "is not known by SPDX");
-            let why = format!("no licence text is in the crate, and {expression:?} {unknown}");
-            Error::Unfit(format!("{name}: {why}"))
-        })?;
+        let standard = standard(&expression)
+            .filter(|texts| !texts.is_empty())
+            .ok_or_else(|| {
+                let (name, unknown) = (&package.name, "is not known by SPDX");
+                let why = format!("no licence text is in the crate, and {expression:?} {unknown}");
+                Error::Unfit(format!("{name}: {why}"))
+            })?;
         texts.extend(standard.into_iter().map(plain));
     }
     Ok(texts)
 }
 
-/// The text with normalised line endings.
+/// Returns the text with normalised line endings.
 fn plain(text: &str) -> String {
     text.replace("\r\n", "\n")
         .trim_matches('\n')

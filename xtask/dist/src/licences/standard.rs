@@ -2,8 +2,8 @@
 
 use spdx::{Expression, LicenseItem, ParseMode};
 
-/// The texts of all licences in `expression`, including alternatives; `None` if one of
-/// them is unknown.
+/// Returns the texts of all licences in `expression`, including alternatives; `None` if one of them
+/// is unknown.
 #[must_use]
 pub fn standard(expression: &str) -> Option<Vec<&'static str>> {
     let parsed = Expression::parse_mode(expression, ParseMode::LAX).ok()?;

@@ -8,7 +8,7 @@ use crate::{Error, machine::said, share::read};
 /// Files with their names.
 type Texts = Vec<(&'static str, Vec<u8>)>;
 
-/// The licences of Rust's standard library, from the toolchain in `sysroot`.
+/// Returns the licences of Rust's standard library, from the toolchain in `sysroot`.
 pub(super) fn rust(sysroot: &Path) -> Result<Texts, Error> {
     const TEXTS: [&str; 5] = [
         "COPYRIGHT-library.html",
@@ -20,7 +20,7 @@ pub(super) fn rust(sysroot: &Path) -> Result<Texts, Error> {
     texts(&sysroot.join("share/doc/rust"), &TEXTS)
 }
 
-/// The licences of the parts linked by zig.
+/// Returns the licences of the parts linked by zig.
 pub(super) fn zig(root: &Path) -> Result<Texts, Error> {
     const TEXTS: [&str; 2] = ["libunwind/LICENSE.TXT", "libc/glibc/LICENSES"];
     let library = library(root).ok_or_else(|| Error::silent("zig env", "lib_dir"))?;

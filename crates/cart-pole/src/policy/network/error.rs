@@ -16,12 +16,12 @@ pub enum WeightsError {
     Unfit {
         /// What was expected, and what was found.
         why: String,
-        /// The kind of that program, if there is one for it.
+        /// The kind of that program, if any.
         program: Option<ProgramKind>,
     },
 }
 
-/// A network of PyTorch that is not computed here.
+/// Returns a network of PyTorch that is not computed here.
 pub(super) fn unfit(why: String) -> WeightsError {
     WeightsError::Unfit {
         why,

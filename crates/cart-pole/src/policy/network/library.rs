@@ -38,8 +38,8 @@ const fn stable_baselines(sign: &'static str) -> Library {
 }
 
 impl Library {
-    /// The library that wrote these `names`, if it is known.
-    pub(super) fn of<'n>(mut names: impl Iterator<Item = &'n str>) -> Option<Self> {
+    /// Detects the library that wrote these `names`, if it is known.
+    pub(super) fn detect<'n>(mut names: impl Iterator<Item = &'n str>) -> Option<Self> {
         let sign = |name: &str| LIBRARIES.iter().find(|known| name.starts_with(known.sign));
         names.find_map(sign).copied()
     }

@@ -54,8 +54,12 @@ impl Mlp {
             numbers("actor_mean.2.bias", &[width])?,
         );
         let last = read("actor_mean.4.weight")?;
-        let actions = last.shape.first().copied().unwrap_or(1);
-        let actions = actions.clamp(1, LARGEST_WIDTH);
+        let actions = last
+            .shape
+            .first()
+            .copied()
+            .unwrap_or(1)
+            .clamp(1, LARGEST_WIDTH);
         let last = Layer::new(
             &checked("actor_mean.4.weight", last, &[actions, width])?,
             checked("actor_mean.4.bias", read("actor_mean.4.bias")?, &[actions])?,
@@ -76,7 +80,7 @@ impl Mlp {
     }
 }
 
-/// The numbers of `tensor`, if it has this shape and all are finite.
+/// Returns the numbers of `tensor`, if it has this shape and all are finite.
 fn checked(name: &'static str, tensor: Tensor, shape: &[usize]) -> Result<Vec<f32>, WeightsError> {
     if tensor.shape != shape {
         return Err(error::shape(name, &format!("{shape:?}"), &tensor.shape));
@@ -140,7 +144,7 @@ impl Network {
         }
     }
 
-    /// Its answer to `observation`.
+    /// Returns its answer to `observation`.
     fn answer(&mut self, observation: &Observation) -> &[f32] {
         let [first, second, last] = &self.weights.layers;
         let [below, above] = &mut self.hidden;

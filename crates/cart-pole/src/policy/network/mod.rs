@@ -25,7 +25,7 @@ pub use mlp::{Mlp, Network};
 /// # Errors
 /// The expected and the actual content, in a line.
 pub fn read_weights(content: &[u8]) -> Result<Mlp, WeightsError> {
-    match FileFormat::of(content) {
+    match FileFormat::detect(content) {
         FileFormat::Zip => checkpoint::Checkpoint::open(content)?.mlp(),
         FileFormat::Pickle => Err(checkpoint::bare_pickle(content)),
         FileFormat::LfsPointer => Err(WeightsError::Damaged(

@@ -16,8 +16,10 @@ const LONGEST_HEADER: u64 = 1 << 18;
 pub(super) fn read(content: &[u8]) -> Result<Mlp, WeightsError> {
     check_header(content)?;
     let invalid = |why: safetensors::SafeTensorError| {
-        let why = why.to_string();
-        no_format(&format!("as safetensors, {}", why.escape_debug()))
+        no_format(&format!(
+            "as safetensors, {}",
+            why.to_string().escape_debug()
+        ))
     };
     let file = SafeTensors::deserialize(content).map_err(invalid)?;
     let (_, header) = SafeTensors::read_metadata(content).map_err(invalid)?;

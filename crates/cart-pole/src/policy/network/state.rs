@@ -76,7 +76,7 @@ pub(super) struct StateItems<'f> {
     nested: Option<(&'f str, Vec<&'f str>)>,
 }
 
-/// The part of a name that is looked at.
+/// Returns the part of a name that is looked at.
 fn beginning(name: &str) -> &str {
     &name[..name.floor_char_boundary(LONGEST_NAME)]
 }
@@ -114,7 +114,7 @@ impl<'f> StateItems<'f> {
         })
     }
 
-    /// The error for a tensor of the actor that is missing.
+    /// Returns the error for a tensor of the actor that is missing.
     pub(super) fn missing(&self, name: &str) -> WeightsError {
         let found = self.found(name);
         let why = format!("expected a tensor {name:?}, found {found}");
@@ -124,7 +124,7 @@ impl<'f> StateItems<'f> {
             .iter()
             .map(|item| item.name)
             .chain(nested.copied());
-        match Library::of(names) {
+        match Library::detect(names) {
             Some(library) => WeightsError::Unfit {
                 why: format!("{why}: this is {}", library.what),
                 program: Some(library.program),
@@ -133,7 +133,7 @@ impl<'f> StateItems<'f> {
         }
     }
 
-    /// What is there in the place of the tensor called `name`.
+    /// Returns what is there in the place of the tensor called `name`.
     fn found(&self, name: &str) -> String {
         if let Some((under, names)) = &self.nested {
             let names_listed = listed(names.iter().copied());
@@ -188,7 +188,7 @@ impl StateKind<'_> {
     }
 }
 
-/// What `item` is, if it would change the action and is not read.
+/// Returns what `item` is, if it would change the action and is not read.
 fn unused(item: &StateItem) -> Option<&'static str> {
     let name = item.name.to_lowercase();
     let has = |parts: &[&str]| parts.iter().any(|part| name.contains(part));

@@ -14,7 +14,7 @@ pub(super) struct Tensor {
     pub(super) values: Vec<f32>,
 }
 
-/// The number of elements of the tensor `name`, unless it has too many.
+/// Returns the number of elements of the tensor `name`, unless it has too many.
 pub(super) fn checked_count(
     name: &'static str,
     shape: &[usize],
@@ -42,7 +42,7 @@ impl Float {
         }
     }
 
-    /// Number `index` of `bytes`, rounded to single precision.
+    /// Returns the number `index` of `bytes`, rounded to single precision.
     pub(super) fn at(self, bytes: &[u8], index: usize) -> Option<f32> {
         let begin = index.checked_mul(self.size())?;
         let bytes = bytes.get(begin..begin.checked_add(self.size())?)?;

@@ -116,7 +116,7 @@ enum OnnxMessage {
 }
 
 impl OnnxMessage {
-    /// The message in field `number`. Source of the numbers: `onnx.proto3`.
+    /// Returns the message in field `number`. Source of the numbers: `onnx.proto3`.
     fn within(self, number: u64) -> Option<Self> {
         match (self, number) {
             (Self::Model, 7) | (Self::Training, 1 | 2) | (Self::Attribute, 6 | 11) => {
@@ -144,12 +144,12 @@ const EXTERNAL: u64 = 13;
 /// Field of a tensor: whether they are in another file, which is 1.
 const LOCATION: u64 = 14;
 
-/// The fields of a message.
+/// Returns the fields of a message.
 fn fields(bytes: &[u8]) -> impl Iterator<Item = Result<WireField<'_>, ExternalError>> {
     WireFields::new(bytes).map(|field| field.ok_or(ExternalError::Damaged))
 }
 
-/// Whether the numbers of the tensor in `bytes` are in another file; the last word counts.
+/// Returns whether the numbers of the tensor in `bytes` are in another file; the last word counts.
 fn is_elsewhere(bytes: &[u8]) -> Result<bool, ExternalError> {
     fields(bytes).try_fold(false, |is_elsewhere, field| {
         let field = field?;
@@ -171,7 +171,7 @@ struct Reader<'f> {
 }
 
 impl Reader<'_> {
-    /// The `bytes` of a message, with all numbers in it.
+    /// Returns the `bytes` of a message, with all numbers in it.
     fn whole(
         &mut self,
         message: OnnxMessage,
@@ -198,7 +198,7 @@ impl Reader<'_> {
         Ok(whole)
     }
 
-    /// A tensor with its numbers in place of the name of their file.
+    /// Returns a tensor with its numbers in place of the name of their file.
     fn tensor(&mut self, bytes: &[u8]) -> Result<Vec<u8>, ExternalError> {
         let mut tensor = Vec::new();
         let (mut name, mut place) = (String::new(), ExternalPlace::default());
@@ -241,7 +241,7 @@ impl Reader<'_> {
         Ok(tensor)
     }
 
-    /// The content of the file at `location` beside the graph.
+    /// Returns the content of the file at `location` beside the graph.
     fn file(&mut self, location: &str) -> Result<&[u8], ExternalError> {
         match self.files.entry(location.to_owned()) {
             Entry::Occupied(known) => Ok(known.into_mut()),
@@ -279,14 +279,15 @@ fn read(graph: &Path, location: &str) -> Result<Vec<u8>, ExternalError> {
     })
 }
 
-/// The folder of the `graph`, and that of the file to which it may be a link.
+/// Returns the folder of the `graph`, and that of the file to which it may be a link.
 fn folders_of(graph: &Path) -> io::Result<[PathBuf; 2]> {
     let target = graph.canonicalize()?;
     let folder = folder_of(graph).canonicalize()?;
     Ok([folder, folder_of(&target).to_owned()])
 }
 
-/// The path, without links, of the file at `location` in the first of these folders that has it.
+/// Returns the path, without links, of the file at `location` in the first of these folders that
+/// has it.
 fn found_in(folders: &[PathBuf; 2], location: &str) -> io::Result<PathBuf> {
     let [own, of_target] = folders.each_ref().map(|folder| folder.join(location));
     match own.canonicalize() {

@@ -17,7 +17,7 @@ use ratelab::sync::lock;
 use crate::{
     Action, Observation,
     policy::{
-        Policy,
+        Policy, PolicyFault,
         way_out::{ProgramKind, way_out},
     },
 };
@@ -38,23 +38,22 @@ impl fmt::Debug for OnnxModel {
 
 impl OnnxModel {
     /// Loads the graph in `content`.
-    pub(in crate::policy) fn open(content: &[u8]) -> Result<Self, String> {
-        let session = session(environment()?, content);
-        let session = session.map_err(|why| {
+    pub(in crate::policy) fn open(content: &[u8]) -> Result<Self, PolicyFault> {
+        let session = session(environment()?, content).map_err(|why| {
             let why = one_line(&why);
             let way_out = way_out(Some(ProgramKind::Onnx));
-            format!(
+            PolicyFault::Other(format!(
                 "expected an ONNX graph, found one that the ONNX Runtime refuses: {why}; {way_out}"
-            )
+            ))
         })?;
         let (inputs, outputs) = (session.inputs(), session.outputs());
         if !(takes(inputs, 5) && takes(outputs, 1)) {
-            return Err(format!(
+            return Err(PolicyFault::Other(format!(
                 "expected a graph from float32[1, 5] to float32[1, 1], found {} to {}; {}",
                 types(inputs),
                 types(outputs),
                 way_out(Some(ProgramKind::Onnx))
-            ));
+            )));
         }
         Ok(Self(Arc::new(Mutex::new(session))))
     }
@@ -76,29 +75,27 @@ impl OnnxModel {
 }
 
 /// Loads the runtime on first use.
-fn environment() -> Result<&'static Environment, String> {
+fn environment() -> Result<&'static Environment, PolicyFault> {
     static LOADED: OnceLock<Environment> = OnceLock::new();
     if let Some(loaded) = LOADED.get() {
         return Ok(loaded);
     }
     let usual = || format!("{}onnxruntime{}", consts::DLL_PREFIX, consts::DLL_SUFFIX).into();
     let path = env::var_os(LIBRARY).filter(|path| !path.is_empty());
-    let loaded = ort::init_from(path.unwrap_or_else(usual));
-    let loaded = loaded.map_err(no_runtime)?;
-    let built = loaded.with_telemetry(false).build();
-    let built = built.map_err(no_runtime)?;
+    let loaded = ort::init_from(path.unwrap_or_else(usual)).map_err(no_runtime)?;
+    let built = loaded.with_telemetry(false).build().map_err(no_runtime)?;
     // By default it logs to the terminal, which belongs to the dashboard.
     built.set_log_level(LogLevel::Fatal);
     Ok(LOADED.get_or_init(|| built))
 }
 
-fn no_runtime(why: impl fmt::Display) -> String {
-    format!(
+fn no_runtime(why: impl fmt::Display) -> PolicyFault {
+    PolicyFault::Other(format!(
         "it takes the ONNX Runtime, which was not found ({}): the Python wheel carries it (python3 \
          -m pip install onnxruntime); set ORT_DYLIB_PATH to its libonnxruntime, in the folder \
          onnxruntime/capi",
         one_line(&why)
-    )
+    ))
 }
 
 /// Uses one thread, so that sums are always added in the same order.
@@ -108,7 +105,7 @@ fn session(environment: &Environment, content: &[u8]) -> ort::Result<Session> {
         .commit_from_memory(content)
 }
 
-/// Whether there is exactly one matrix, with one row or a variable number, and `columns`
+/// Returns whether there is exactly one matrix, with one row or a variable number, and `columns`
 /// columns.
 fn takes(outlets: &[Outlet], columns: i64) -> bool {
     let [outlet] = outlets else { return false };

@@ -41,7 +41,7 @@ impl<'a> Iterator for WireFields<'a> {
     }
 }
 
-/// The first field of a message.
+/// Returns the first field of a message.
 fn field(message: &[u8]) -> Option<WireField<'_>> {
     let mut rest = message;
     let tag = varint(&mut rest)?;

@@ -15,12 +15,14 @@ const VARIABLE: &str = "RATELAB_POLICY_PROGRAM";
 pub struct ProcessMark(String);
 
 impl ProcessMark {
-    /// A mark that no other program has, now or earlier.
+    /// Creates a mark that no other program has, now or earlier.
     pub fn new() -> Self {
         static NUMBER: AtomicU64 = AtomicU64::new(0);
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        let now = SystemTime::now().duration_since(UNIX_EPOCH);
-        let now = now.unwrap_or_default().as_nanos();
+        let now = SystemTime::now()
+            .duration_since(UNIX_EPOCH)
+            .unwrap_or_default()
+            .as_nanos();
         Self(format!("{}-{number}-{now}", process::id()))
     }
 
@@ -29,7 +31,7 @@ impl ProcessMark {
         command.env(VARIABLE, &self.0);
     }
 
-    /// Kills every process with this mark, and those that they start meanwhile.
+    /// Kills every process with this mark, and the processes that they start meanwhile.
     pub fn kill_all(&self) {
         #[cfg(target_os = "linux")]
         linux::kill_all(format!("{VARIABLE}={}", self.0).as_bytes());
@@ -42,7 +44,7 @@ mod linux {
 
     use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
 
-    /// Looks for more of them, at the most: one that does not end is found again.
+    /// Maximum number of searches: a process that does not end is found again.
     const LOOKS: usize = 8;
 
     pub fn kill_all(mark: &[u8]) {

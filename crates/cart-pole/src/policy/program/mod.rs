@@ -4,6 +4,7 @@
 //! program's standard input and output (`process.rs`). A recorded run needs no program: what it
 //! answered is in the recording (`recorded.rs`).
 
+mod error;
 mod mark;
 mod process;
 mod protocol;
@@ -11,35 +12,39 @@ mod recorded;
 
 use std::{fs, os::unix::fs::PermissionsExt, sync::Arc};
 
-pub use self::process::end_programs;
 pub(super) use self::recorded::RecordedPolicy;
+pub use self::{error::ProgramError, process::end_programs};
 use self::{
     process::PolicyProcess,
     protocol::{Greeting, ProgramQuestion, Ready},
 };
-use super::{Moment, Policy, PolicyContext, PolicyFile, format::FileFormat};
+use super::{Moment, Policy, PolicyContext, PolicyFault, PolicyFile, format::FileFormat};
 use crate::{Action, Observation};
 
-/// Whether the file at `path` with this `content` is a program: one by its first bytes, or by its
-/// mode if nothing else is known of it.
+/// Returns whether the file at `path` with this `content` is a program: one by its first bytes, or
+/// by its mode if nothing else is known of it.
 ///
 /// # Errors
 /// What a program lacks.
-pub(super) fn is_program(path: &str, content: &[u8], format: FileFormat) -> Result<bool, String> {
+pub(super) fn is_program(
+    path: &str,
+    content: &[u8],
+    format: FileFormat,
+) -> Result<bool, ProgramError> {
+    let not_executable = |kind| ProgramError::NotExecutable {
+        kind,
+        path: path.to_owned(),
+    };
     match format {
         FileFormat::Script | FileFormat::Binary if is_executable(path) => Ok(true),
-        FileFormat::Script => Err(format!("this script is not executable: chmod +x {path}")),
-        FileFormat::Binary => Err(format!("this program is not executable: chmod +x {path}")),
+        FileFormat::Script => Err(not_executable("script")),
+        FileFormat::Binary => Err(not_executable("program")),
         FileFormat::Unknown if is_executable(path) && !is_named_as_weights(path) => {
             // Other systems have binaries of other formats.
             if content.contains(&0) {
                 return Ok(true);
             }
-            Err(
-                "this program has no first line #! that names its interpreter, such as \
-                 #!/usr/bin/env python3"
-                    .to_owned(),
-            )
+            Err(ProgramError::NoInterpreter)
         }
         _ => Ok(false),
     }
@@ -90,16 +95,17 @@ impl ProgramPolicy {
                 .then(|| 1e3 * self.moment.delay().as_secs_f64()),
             observation: reading.to_array().map(f64::from),
         };
-        let answer = process.ask(&protocol::line(&question), ready.limit);
-        let answer = answer.and_then(|line| {
-            let actions = self.context.chunk.filter(|_| ready.chunks);
-            protocol::actions(&line, self.asked, actions)
-        });
+        let answer = process
+            .ask(&protocol::line(&question), ready.limit)
+            .and_then(|line| {
+                let actions = self.context.chunk.filter(|_| ready.chunks);
+                protocol::actions(&line, self.asked, actions)
+            });
         answer.map_err(|why| self.fail(&why)).ok()
     }
 
     /// The program is ended: what it said would be another answer than that to the question.
-    fn fail(&mut self, why: &str) {
+    fn fail(&mut self, why: &ProgramError) {
         self.running = None;
         self.crash = Some(format!(
             "{} {why}: \"restart policy\" starts it again",
@@ -113,13 +119,13 @@ impl Policy for ProgramPolicy {
         &self.name
     }
 
-    fn start(&mut self) -> Result<(), String> {
+    fn start(&mut self) -> Result<(), PolicyFault> {
         self.file.read()?;
         let greeting = Greeting::new(self.context);
         let mut process = PolicyProcess::start(&self.file.path)?;
         let ready = Ready::read(&process.ask(&protocol::line(&greeting), protocol::START)?)?;
         if ready.chunks && self.context.chunk.is_none() {
-            return Err("it answers with chunks: give --chunk H".to_owned());
+            return Err(ProgramError::Chunks.into());
         }
         self.running = Some((process, ready));
         Ok(())

@@ -17,7 +17,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::sync::lock;
 use rustix::process::{Pid, Signal, kill_process_group};
 
-use super::mark::ProcessMark;
+use super::{error::ProgramError, mark::ProcessMark};
 
 /// The longest line of an answer (bytes).
 const LONGEST_LINE: u64 = 64 << 10;
@@ -66,7 +66,7 @@ impl MarkedChild {
 }
 
 /// A line of a program, or why there is none.
-type Line = Result<String, &'static str>;
+type Line = Result<String, ProgramError>;
 
 /// A running program, ended when this is dropped.
 pub struct PolicyProcess {
@@ -83,7 +83,7 @@ impl PolicyProcess {
     ///
     /// # Errors
     /// What is wrong, as the end of a sentence about it.
-    pub fn start(path: &str) -> Result<Self, String> {
+    pub fn start(path: &str) -> Result<Self, ProgramError> {
         // A name without a folder would be looked for elsewhere.
         let mut command = Command::new(Path::new(".").join(path));
         command
@@ -97,7 +97,7 @@ impl PolicyProcess {
         mark.put_on(&mut command);
         let mut running = lock(&RUNNING);
         if ENDED.load(Ordering::SeqCst) {
-            return Err("was not started: the command ends".to_owned());
+            return Err(ProgramError::CommandEnds);
         }
         let mut child = command.spawn().map_err(|why| not_started(&why))?;
         let input = child.stdin.take();
@@ -127,9 +127,9 @@ impl PolicyProcess {
     ///
     /// # Errors
     /// Why there is none within `limit`, as the end of a sentence about the program.
-    pub fn ask(&mut self, line: &str, limit: Duration) -> Result<String, String> {
+    pub fn ask(&mut self, line: &str, limit: Duration) -> Result<String, ProgramError> {
         if self.lines.try_recv().is_ok() {
-            return Err("answered without a question".to_owned());
+            return Err(ProgramError::NoQuestion);
         }
         let sent = self.input.as_mut().map(|input| {
             input.write_all(line.as_bytes())?;
@@ -138,18 +138,16 @@ impl PolicyProcess {
         // A program that reads no more has ended, or will not answer.
         drop(sent);
         match self.lines.recv_timeout(limit) {
-            Ok(Ok(line)) => Ok(line),
-            Ok(Err(why)) => Err(why.to_owned()),
+            Ok(line) => line,
             Err(RecvTimeoutError::Timeout) => {
                 self.end(Duration::ZERO);
-                let limit = limit.as_secs_f64();
-                Err(format!("gave no answer for {limit} s, and was ended"))
+                Err(ProgramError::Timeout(limit))
             }
-            Err(RecvTimeoutError::Disconnected) => Err(self.end_text()),
+            Err(RecvTimeoutError::Disconnected) => Err(ProgramError::Ended(self.end_text())),
         }
     }
 
-    /// How it ended, with the last line of its standard error.
+    /// Returns how it ended, with the last line of its standard error.
     fn end_text(&mut self) -> String {
         let status = self.end(GRACE);
         let _ = self.errors_ended.recv_timeout(GRACE);
@@ -200,9 +198,9 @@ fn read_lines(output: impl Read, lines: &Sender<Line>) {
         }
         let is_long = line.len() as u64 == LONGEST_LINE && line.last() != Some(&b'\n');
         let line = match String::from_utf8(line) {
-            _ if is_long => Err("answered with a line of more than 64 KiB"),
+            _ if is_long => Err(ProgramError::LongLine),
             Ok(line) => Ok(line.trim_end().to_owned()),
-            Err(_) => Err("answered with bytes that are no text"),
+            Err(_) => Err(ProgramError::NotText),
         };
         if lines.send(line).is_err() {
             return;
@@ -227,12 +225,10 @@ fn keep_last_line(errors: impl Read, last: &Mutex<Vec<u8>>) {
     }
 }
 
-fn not_started(why: &Error) -> String {
+fn not_started(why: &Error) -> ProgramError {
     match why.kind() {
-        ErrorKind::NotFound => {
-            "cannot be started: the interpreter in its first line is missing".into()
-        }
-        _ => format!("cannot be started: {why}"),
+        ErrorKind::NotFound => ProgramError::InterpreterMissing,
+        _ => ProgramError::NotStarted(why.to_string()),
     }
 }
 

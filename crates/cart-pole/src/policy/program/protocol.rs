@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use super::super::PolicyContext;
+use super::{super::PolicyContext, error::ProgramError};
 use crate::CONTROL_HZ;
 
 /// How long a program may take to be ready: it may load a large network.
@@ -53,7 +53,7 @@ pub struct ProgramQuestion {
     pub observation: [f64; 5],
 }
 
-/// A greeting or a question as a line of text.
+/// Returns a greeting or a question as a line of text.
 pub fn line(value: &impl Serialize) -> String {
     // Numbers that are not finite become null.
     let mut line = serde_json::to_string(value).unwrap_or_default();
@@ -89,7 +89,7 @@ impl Ready {
     ///
     /// # Errors
     /// What is wrong with it, as the end of a sentence about the program.
-    pub fn read(line: &str) -> Result<Self, String> {
+    pub fn read(line: &str) -> Result<Self, ProgramError> {
         let expected = "{\"ready\":\"actions\"} or {\"ready\":\"chunks\"}";
         let ready: ReadyLine = parsed(line, expected)?;
         let limit = match ready.limit_s {
@@ -98,10 +98,10 @@ impl Ready {
                 Duration::from_secs_f64(limit)
             }
             Some(limit) => {
-                return Err(format!(
-                    "asked for a limit_s of {limit}: expected seconds up to {}",
-                    LONGEST.as_secs()
-                ));
+                return Err(ProgramError::Limit {
+                    limit: limit.to_string(),
+                    max: LONGEST.as_secs(),
+                });
             }
         };
         let chunks = matches!(ready.ready, AnswerKind::Chunks);
@@ -123,46 +123,47 @@ struct AnswerLine {
 ///
 /// # Errors
 /// What is wrong with it, as the end of a sentence about the program.
-pub fn actions(line: &str, id: u64, horizon: Option<usize>) -> Result<Vec<f32>, String> {
+pub fn actions(line: &str, id: u64, horizon: Option<usize>) -> Result<Vec<f32>, ProgramError> {
     let expected = match horizon {
         None => format!("{{\"id\":{id},\"action\":0.5}}"),
         Some(horizon) => format!("{{\"id\":{id},\"actions\":[… {horizon} numbers]}}"),
     };
     let answer: AnswerLine = parsed(line, &expected)?;
     if answer.id != id {
-        return Err(format!(
-            "answered question {} where {id} was asked",
-            answer.id
-        ));
+        return Err(ProgramError::Question {
+            found: answer.id,
+            asked: id,
+        });
     }
     let actions = match (answer.action, answer.actions, horizon) {
         (Some(action), None, None) => vec![action],
         (None, Some(actions), Some(horizon)) if actions.len() == horizon => actions,
         (None, Some(actions), Some(horizon)) => {
-            let count = actions.len();
-            return Err(format!(
-                "answered with {count} actions, and a chunk has {horizon}"
-            ));
+            return Err(ProgramError::ChunkLength {
+                found: actions.len(),
+                expected: horizon,
+            });
         }
         _ => return Err(unexpected(line, &expected)),
     };
     let finite = |action: f64| match action as f32 {
         finite if finite.is_finite() => Ok(finite),
-        _ => Err(format!(
-            "answered {action:e}: an action must be a finite float32"
-        )),
+        _ => Err(ProgramError::NotFinite(format!("{action:e}"))),
     };
     actions.into_iter().map(finite).collect()
 }
 
-fn parsed<'a, T: Deserialize<'a>>(line: &'a str, expected: &str) -> Result<T, String> {
+fn parsed<'a, T: Deserialize<'a>>(line: &'a str, expected: &str) -> Result<T, ProgramError> {
     serde_json::from_str(line).map_err(|_| unexpected(line, expected))
 }
 
-/// A line that is no answer, as far as it is of use in an error.
-fn unexpected(line: &str, expected: &str) -> String {
-    const MOST: usize = 60;
-    let shown: String = line.chars().take(MOST).collect();
+/// Returns the error for a line that is not an answer, with the beginning of the line.
+fn unexpected(line: &str, expected: &str) -> ProgramError {
+    const MAX_SHOWN: usize = 60;
+    let shown: String = line.chars().take(MAX_SHOWN).collect();
     let rest = if shown.len() < line.len() { "…" } else { "" };
-    format!("answered {shown:?}{rest}: expected {expected}")
+    ProgramError::Unexpected {
+        shown: format!("{shown:?}{rest}"),
+        expected: expected.to_owned(),
+    }
 }

@@ -31,8 +31,9 @@ impl RecordedPolicy {
         let count = self.chunk.unwrap_or(1);
         let answer = self.answers.get(&self.moment.now);
         let row = answer.and_then(|answer| answer.as_ref().ok());
-        let actions = row.and_then(|row| row.get(row.len().checked_sub(count)?..));
-        let actions = actions.map(|actions| actions.iter().map(|action| *action as f32).collect());
+        let actions = row
+            .and_then(|row| row.get(row.len().checked_sub(count)?..))
+            .map(|actions| actions.iter().map(|action| *action as f32).collect());
         actions.unwrap_or_else(|| vec![0.0; count])
     }
 }

@@ -29,9 +29,10 @@ pub fn add(stream: &BatchStream, events: &[Event], digest: &mut ContentDigest) -
 
 /// Logs the verdict of the run at run time `at`.
 pub fn verdict(stream: &BatchStream, at: Time, text: &str, lost: bool) -> Written {
-    let level = match lost {
-        true => TextLogLevel::ERROR,
-        false => TextLogLevel::INFO,
+    let level = if lost {
+        TextLogLevel::ERROR
+    } else {
+        TextLogLevel::INFO
     };
     stream.send(EVENTS, &[at], columns_of([text.to_owned()], [level])?)
 }
@@ -44,7 +45,7 @@ fn columns_of(
     Ok(log.with_many_level(levels).columns_of_unit_batches()?)
 }
 
-/// The event without its time, which has a column of its own.
+/// Returns the event without its time, which has a column of its own.
 fn text(event: &Event) -> String {
     let text = event.to_string();
     match text.split_once(": ") {

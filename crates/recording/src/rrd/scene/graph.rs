@@ -35,8 +35,8 @@ struct Vertex {
 }
 
 impl GraphScene {
-    /// The graph as it is at the beginning: every vertex right of those that lead to it, the
-    /// first of a column on top.
+    /// Creates the graph as it is at the beginning: every vertex right of the vertices that lead to
+    /// it, the first of a column on top.
     pub fn new(snapshot: &Snapshot) -> Self {
         let (first, mut edges) = (snapshot.nodes.len(), Vec::new());
         for (topic, index) in snapshot.topics.iter().zip(first..) {
@@ -44,24 +44,30 @@ impl GraphScene {
             edges.extend(topic.publishers.iter().map(|&node| (node, index)));
             edges.extend(readers.map(|node| (index, node)));
         }
-        let nodes = snapshot.nodes.iter();
-        let nodes = nodes.map(|node| (&node.name, node.hz.to_string(), BLUE, 0.0));
-        let topics = snapshot.topics.iter();
-        let topics =
-            topics.map(|topic| (&topic.name, depth(topic.depth.get()), ORANGE, TOPICS_BELOW));
+        let nodes = snapshot
+            .nodes
+            .iter()
+            .map(|node| (&node.name, node.hz.to_string(), BLUE, 0.0));
+        let topics = snapshot
+            .topics
+            .iter()
+            .map(|topic| (&topic.name, depth(topic.depth.get()), ORANGE, TOPICS_BELOW));
         let columns = columns(&edges, first + snapshot.topics.len());
         let mut rows = vec![0.0; columns.len()];
-        let vertices = nodes.chain(topics).zip(columns);
-        let vertices = vertices.map(|((name, setting, colour, below), column)| {
-            let place = [COLUMN * column as f32, ROW * rows[column] + below];
-            rows[column] += 1.0;
-            Vertex {
-                name: name.to_string(),
-                setting,
-                colour,
-                place,
-            }
-        });
+        let vertices =
+            nodes
+                .chain(topics)
+                .zip(columns)
+                .map(|((name, setting, colour, below), column)| {
+                    let place = [COLUMN * column as f32, ROW * rows[column] + below];
+                    rows[column] += 1.0;
+                    Vertex {
+                        name: name.to_string(),
+                        setting,
+                        colour,
+                        place,
+                    }
+                });
         Self {
             vertices: vertices.collect(),
             edges,
@@ -74,8 +80,7 @@ impl GraphScene {
             let name = |vertex: usize| self.vertices[vertex].name.as_str();
             (name(from), name(to))
         };
-        let edges = GraphEdges::new(self.edges.iter().map(names));
-        let edges = edges.with_directed_edges();
+        let edges = GraphEdges::new(self.edges.iter().map(names)).with_directed_edges();
         let nodes = GraphNodes::new(self.vertices.iter().map(|vertex| vertex.name.as_str()))
             .with_colors(self.vertices.iter().map(|vertex| vertex.colour))
             .with_positions(self.vertices.iter().map(|vertex| vertex.place))
@@ -109,13 +114,13 @@ impl GraphScene {
         vertex.map(|vertex| vertex.setting = setting).is_some()
     }
 
-    /// The labels of the vertices now.
+    /// Returns the labels of the vertices now.
     fn labels(&self) -> impl Iterator<Item = String> {
         let vertices = self.vertices.iter();
         vertices.map(|vertex| format!("{}\n{}", vertex.name, vertex.setting))
     }
 
-    /// Logs `labels`, those of all vertices for each row.
+    /// Logs `labels` of all vertices for each row.
     fn log(&self, stream: &BatchStream, times: &[Time], labels: Vec<String>) -> Written {
         let rows = std::iter::repeat_n(self.vertices.len(), times.len());
         let labels = GraphNodes::update_fields().with_labels(labels);
@@ -123,7 +128,7 @@ impl GraphScene {
     }
 }
 
-/// The column of each of `count` vertices: the longest way to it, loops aside.
+/// Returns the column of each of `count` vertices: the longest way to it, loops aside.
 fn columns(edges: &[(usize, usize)], count: usize) -> Vec<usize> {
     let mut columns = vec![0; count];
     for _ in 0..count {

@@ -28,7 +28,7 @@ pub struct Histogram {
 }
 
 impl Histogram {
-    /// The colour, which does not change.
+    /// Returns the colour, which does not change.
     pub fn begin(&self, rec: &RecordingStream) -> Written {
         rec.log_static(HISTOGRAM, &BarChart::update_fields().with_color(BLUE))
     }

@@ -77,8 +77,10 @@ pub fn add(
             (OVERRUN, ORANGE),
         ];
         looks.extend(known.executor.as_ref().map(|_| (ASIDE, GREY)));
-        let run = lineage.ticks(node).enumerate();
-        let run = run.map(|(index, worked)| (worked, lineage.set_aside(node, index)));
+        let run = lineage
+            .ticks(node)
+            .enumerate()
+            .map(|(index, worked)| (worked, lineage.set_aside(node, index)));
         let lane = path(&[TIMELINE, "node", &known.name]);
         send(rec, lane, &looks, &ticks(run, waits))?;
     }
@@ -116,7 +118,7 @@ fn plans(rec: &RecordingStream, lanes: &[Vec<PlanBar>]) -> Written {
     Ok(())
 }
 
-/// The lane of a node from its ticks, each with the stretches for which it was set aside;
+/// Returns the lane of a node from its ticks, each with the stretches for which it was set aside;
 /// `waits` is the state before a late one.
 fn ticks<'a>(
     ticks: impl Iterator<Item = (&'a TracedTick, Vec<TickWait>)>,
@@ -161,11 +163,11 @@ fn change(changes: &mut Changes, at: Time, state: &'static str) {
     }
 }
 
-/// The lane of a topic.
+/// Returns the lane of a topic.
 fn messages(lineage: &Lineage, topic: usize, readers: &[usize]) -> Changes {
     let reads = readers.iter().flat_map(|&node| lineage.ticks(node));
-    let reads = reads.flat_map(TracedTick::reads);
     let read: HashSet<u64> = reads
+        .flat_map(TracedTick::reads)
         .filter(|read| read.topic == topic)
         .map(|read| read.seq)
         .collect();

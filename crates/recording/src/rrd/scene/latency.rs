@@ -41,8 +41,7 @@ impl LatencyScene {
     /// Names and looks.
     pub fn begin(&self, rec: &RecordingStream) -> Written {
         let latency = format!("{} latency (ms)", self.meter);
-        let period = self.period.iter();
-        let period = period.map(|period| {
+        let period = self.period.iter().map(|period| {
             let name = format!("{} period (ms)", period.node);
             Line::new(name, ORANGE, 2.0)
         });
@@ -110,8 +109,8 @@ impl PeriodInForce {
         self.periods.extend(changes);
     }
 
-    /// The period for a tick at `time`. A change takes effect before any tick that is due with
-    /// it.
+    /// Returns the period for a tick at `time`. A change takes effect before any tick that is due
+    /// with it.
     fn at(&self, time: Time) -> Duration {
         let mut periods = self.periods.iter().rev();
         let period = periods.find(|(from, _)| *from <= time);

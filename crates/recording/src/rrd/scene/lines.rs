@@ -18,11 +18,10 @@ pub struct Line {
 }
 
 impl Line {
-    /// A line of `width` points.
+    /// Creates a line of `width` points.
     pub fn new(name: impl Into<String>, colour: Color, width: f32) -> Self {
-        let name = name.into();
         Self {
-            name,
+            name: name.into(),
             colour,
             width,
         }

@@ -1,4 +1,4 @@
-//! The part of a recording that is made for the eye: what the viewer draws.
+//! The part of a recording that the viewer draws.
 //!
 //! Whole columns go in at once, and what belongs together is one entity: a
 //! chunk of an entity costs a kilobyte or two, however small it is.
@@ -46,7 +46,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// A scene of the graph of `system` in `start`, taken before its run.
+    /// Creates a scene of the graph of `system` in `start`, taken before its run.
     pub fn new(system: &Arc<dyn System>, start: &Snapshot) -> Self {
         let topics = start.topics.iter().map(|topic| topic.name.to_string());
         let topics: Vec<String> = topics.collect();

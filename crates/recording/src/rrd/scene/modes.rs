@@ -22,7 +22,7 @@ const HANGS: &str = "hangs";
 pub struct Modes(Vec<(String, Vec<String>)>);
 
 impl Modes {
-    /// The lanes at the beginning.
+    /// Creates the lanes at the beginning.
     pub fn new(start: &Snapshot) -> Self {
         let nodes = start.nodes.iter();
         Self(
@@ -63,8 +63,8 @@ impl Modes {
 }
 
 fn send_clocks(rec: &RecordingStream, changes: &[(Time, String)]) -> Written {
-    let looks = [(ClockKind::Virtual, BLUE), (ClockKind::Real, ORANGE)];
-    let looks = looks.map(|(clock, colour)| (clock.to_string(), colour));
+    let looks = [(ClockKind::Virtual, BLUE), (ClockKind::Real, ORANGE)]
+        .map(|(clock, colour)| (clock.to_string(), colour));
     lanes::send(rec, path(&[MODES, "clock"]), &looks, changes)
 }
 
@@ -84,7 +84,7 @@ fn send_rates(
     lanes::send(rec, path(&[MODES, "rate", node]), &looks, changes)
 }
 
-/// When a mode changed by a command among `events`, and to what.
+/// Returns when a mode changed by a command among `events`, and to what.
 fn changes(events: &[Event], mode: impl Fn(&Command) -> Option<String>) -> Vec<(Time, String)> {
     let changes = events.iter();
     changes
@@ -92,15 +92,16 @@ fn changes(events: &[Event], mode: impl Fn(&Command) -> Option<String>) -> Vec<(
         .collect()
 }
 
-/// When `node` crashed, hung and ran again.
+/// Returns when `node` crashed, hung and ran again.
 fn faults(node: &str, events: &[Event]) -> Vec<(Time, &'static str)> {
     let knobs = events.iter().filter_map(Event::change);
-    let changes = knobs.filter(|timed| timed.knob.target() == node);
-    let changes = changes.flat_map(|timed| match timed.knob {
-        Knob::Crash { .. } => vec![(timed.at, CRASHED)],
-        Knob::Restart { .. } => vec![(timed.at, RUNS)],
-        Knob::Hang { cost, .. } => vec![(timed.at, HANGS), (timed.at + cost, RUNS)],
-        _ => Vec::new(),
-    });
+    let changes = knobs
+        .filter(|timed| timed.knob.target() == node)
+        .flat_map(|timed| match timed.knob {
+            Knob::Crash { .. } => vec![(timed.at, CRASHED)],
+            Knob::Restart { .. } => vec![(timed.at, RUNS)],
+            Knob::Hang { cost, .. } => vec![(timed.at, HANGS), (timed.at + cost, RUNS)],
+            _ => Vec::new(),
+        });
     changes.collect()
 }

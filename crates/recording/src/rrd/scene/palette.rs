@@ -31,14 +31,14 @@ const SERIES: [(Color, &str); 5] = [
     (PINK, "pink"),
 ];
 
-/// A colour for each of `count` series.
+/// Returns a colour for each of `count` series.
 pub fn series(count: usize) -> impl Iterator<Item = Color> {
     let colours = SERIES.into_iter().cycle().take(count);
     colours.map(|(colour, _)| colour)
 }
 
-/// A line width for each of `count` series (points): the later ones are drawn
-/// on top, so that those below them still show.
+/// Returns a line width for each of `count` series (points): the later ones are drawn on top, so
+/// that the lines below still show.
 pub fn widths(count: usize) -> impl Iterator<Item = f32> {
     (1..=count).rev().map(|rank| 0.5 + rank as f32)
 }

@@ -25,7 +25,7 @@ const SIDES: u32 = 24;
 /// Draws the states of a plant.
 pub struct PictureScene {
     system: Arc<dyn System>,
-    /// Run time before which there is no other picture; `None` before the first.
+    /// Run time of the next picture; `None` before the first.
     next: Option<Time>,
 }
 
@@ -129,7 +129,7 @@ fn look(style: Style) -> (Color, f32) {
     }
 }
 
-/// The line around `shape`, or along it; a label has none.
+/// Returns the line around `shape`, or along it; a label has none.
 fn outline(shape: &Shape) -> Vec<[f32; 2]> {
     match shape {
         Shape::Segment { from, to } => vec![point(*from), point(*to)],

@@ -1,5 +1,5 @@
-//! The signals of a system as lines over time, between their limits. Those of one
-//! topic share an entity.
+//! The signals of a system as lines over time, between their limits. Signals of
+//! one topic share an entity.
 
 use std::iter;
 
@@ -16,12 +16,12 @@ use crate::rrd::{
     timeline::{BatchStream, Written, times},
 };
 
-/// Entity of the signals of the topic called `topic`.
+/// Returns the entity of the signals of the topic called `topic`.
 pub fn entity(topic: &str) -> EntityPath {
     path(&["plot", "signals", topic])
 }
 
-/// Name and unit of a signal.
+/// Returns the name and unit of a signal.
 pub fn title(signal: &Signal) -> String {
     let Signal { name, unit, .. } = signal;
     if unit.is_empty() {
@@ -31,17 +31,16 @@ pub fn title(signal: &Signal) -> String {
     }
 }
 
-/// For a view of the signal called `name`: of the lines of its topic those of it
-/// alone.
+/// Selects the lines of the signal called `name` from the lines of its topic.
 pub fn only(signals: &[Signal], topic: &str, name: &str) -> SeriesLines {
-    let visible = of_topic(signals, topic)
+    let visible = shown_of(signals, topic)
         .flat_map(|signal| iter::repeat_n(signal.name == name, lines_of(signal).len()));
     SeriesLines::update_fields().with_visible_series(visible.collect::<Vec<_>>())
 }
 
 /// Logs how the signals of `topic` look.
 pub fn begin(rec: &RecordingStream, signals: &[Signal], topic: &str) -> Written {
-    let lines: Vec<Line> = of_topic(signals, topic).flat_map(lines_of).collect();
+    let lines: Vec<Line> = shown_of(signals, topic).flat_map(lines_of).collect();
     if lines.is_empty() {
         return Ok(());
     }
@@ -50,14 +49,13 @@ pub fn begin(rec: &RecordingStream, signals: &[Signal], topic: &str) -> Written 
 
 /// Logs the signals of `topic` in its messages.
 pub fn add(stream: &BatchStream, signals: &[Signal], topic: &str, messages: &Rows) -> Written {
-    let signals: Vec<&Signal> = of_topic(signals, topic).collect();
+    let signals: Vec<&Signal> = shown_of(signals, topic).collect();
     let count = signals.iter().map(|signal| lines_of(signal).len()).sum();
     if count == 0 {
         return Ok(());
     }
     let values = messages.iter().flat_map(|(_, row)| {
-        let signals = signals.iter();
-        signals.flat_map(move |signal| {
+        signals.iter().flat_map(move |signal| {
             let limits = signal.limits.into_iter().flatten();
             iter::once((signal.value)(row)).chain(limits)
         })
@@ -66,11 +64,11 @@ pub fn add(stream: &BatchStream, signals: &[Signal], topic: &str, messages: &Row
     lines::send(stream, entity(topic), &times, values, count)
 }
 
-fn of_topic<'a>(signals: &'a [Signal], topic: &str) -> impl Iterator<Item = &'a Signal> {
+fn shown_of<'a>(signals: &'a [Signal], topic: &str) -> impl Iterator<Item = &'a Signal> {
     signals.iter().filter(move |signal| signal.topic == topic)
 }
 
-/// The line of a signal, and those of its limits.
+/// Returns the line of a signal, and the lines of its limits.
 fn lines_of(signal: &Signal) -> Vec<Line> {
     let limits = signal.limits.into_iter().flatten().map(|limit| {
         let rounded = (limit * 1e3).round() / 1e3;

@@ -28,8 +28,7 @@ const PERIOD: Duration = Duration::from_millis(100);
 /// The time over which messages are counted.
 const WINDOW: Duration = Duration::from_secs(1);
 
-/// Samples all topics at the same moments, which are those of run time, not of
-/// any batch.
+/// Samples all topics at the same moments of run time, whatever the batches.
 pub struct Traffic {
     topics: Vec<TopicTraffic>,
     /// Whether a link did something to a message.
@@ -55,8 +54,8 @@ struct TopicTraffic {
 }
 
 impl TopicTraffic {
-    /// Takes in the messages up to run time `now`; returns the number of those in the `window`
-    /// that ends with it.
+    /// Takes in the messages up to run time `now`; returns the number in the `window` that ends
+    /// there.
     fn advance_to(&mut self, now: Time, window: Duration) -> usize {
         while let Some(head) = self.ahead.pop_front_if(|head| head.at <= now) {
             self.dropped = head.dropped;
@@ -76,16 +75,18 @@ impl TopicTraffic {
 impl Traffic {
     /// Nothing was published yet on `topics`.
     pub fn new(topics: &[String]) -> Self {
-        let topics = topics.iter().map(|name| TopicTraffic {
-            name: name.clone(),
-            ahead: VecDeque::new(),
-            recent: VecDeque::new(),
-            in_flight: Vec::new(),
-            dropped: 0,
-            lost: 0,
-        });
         Self {
-            topics: topics.collect(),
+            topics: topics
+                .iter()
+                .map(|name| TopicTraffic {
+                    name: name.clone(),
+                    ahead: VecDeque::new(),
+                    recent: VecDeque::new(),
+                    in_flight: Vec::new(),
+                    dropped: 0,
+                    lost: 0,
+                })
+                .collect(),
             linked: false,
             links_begun: false,
             begun: None,
@@ -99,7 +100,7 @@ impl Traffic {
         lines::begin(rec, DROPPED, &self.lines(&["dropped"]))
     }
 
-    /// A line of each topic for each of `units`.
+    /// Returns a line of each topic for each of `units`.
     fn lines(&self, units: &[&str]) -> Vec<Line> {
         let count = self.topics.len();
         let looks = palette::series(count).zip(palette::widths(count));

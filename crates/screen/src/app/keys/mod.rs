@@ -19,7 +19,7 @@ pub struct KeyRow {
     does: Does,
     /// What they do in words, in the order of the keys.
     help: &'static str,
-    /// Their text in the footer; empty for those that are in the help only.
+    /// Their text in the footer; empty if they are in the help only.
     footer: &'static str,
     needs: Need,
 }
@@ -71,7 +71,7 @@ const NAMED: [(KeyCode, &str); 11] = [
     (KeyCode::Esc, "Esc"),
 ];
 
-/// The name of a key; that of a character, however it is typed: which characters need Shift
+/// Returns the name of a key; that of a character, however it is typed: which characters need Shift
 /// is the keyboard layout's business.
 fn name(key: &KeyEvent) -> String {
     let known = NAMED.iter().find(|(code, _)| *code == key.code);
@@ -92,12 +92,12 @@ fn typed(character: char, modifiers: KeyModifiers) -> String {
     }
 }
 
-/// Whether a key is pressed with Ctrl or Alt, and so types nothing.
+/// Returns whether a key is pressed with Ctrl or Alt, and so types nothing.
 pub fn is_chord(key: &KeyEvent) -> bool {
     !(key.modifiers - KeyModifiers::SHIFT).is_empty()
 }
 
-/// Whether `key` is to quit.
+/// Returns whether `key` is to quit.
 pub fn quits(key: &KeyEvent) -> bool {
     tables::QUIT.iter().any(|row| row.place(key).is_some())
 }
@@ -107,7 +107,7 @@ impl KeyRow {
         self.keys.split(' ')
     }
 
-    /// The place of `key` in the row.
+    /// Returns the place of `key` in the row.
     fn place(&self, key: &KeyEvent) -> Option<usize> {
         let name = name(key);
         self.names().position(|known| known == name)
@@ -127,7 +127,7 @@ impl KeyRow {
         true
     }
 
-    /// The text in the footer, after the keys that type something, or after all of a row
+    /// Returns the text in the footer, after the keys that type something, or after all of a row
     /// without any.
     fn hint(&self) -> Option<(String, &'static str)> {
         let is_typed = |name: &&str| name.chars().count() == 1 && !"→←↑↓".contains(*name);
@@ -143,36 +143,38 @@ impl KeyRow {
 impl KeyTable {
     /// Does what `key` does; returns whether it is in the table.
     pub fn obey(&self, app: &mut App, key: &KeyEvent) -> bool {
-        self.of(|_| true).any(|row| row.obey(app, key))
+        self.available(|_| true).any(|row| row.obey(app, key))
     }
 
-    /// The rows for which there is what they need.
-    fn of(&self, has: impl Fn(Need) -> bool) -> impl Iterator<Item = &'static KeyRow> {
+    /// Returns the rows for which there is what they need.
+    fn available(&self, has: impl Fn(Need) -> bool) -> impl Iterator<Item = &'static KeyRow> {
         let rows = self.0.iter().flat_map(|group| *group);
         rows.filter(move |row| has(row.needs))
     }
 
     /// Keys and what they do, where there is what they need.
     pub fn rows(&self, has: impl Fn(Need) -> bool) -> Vec<(&'static str, &'static str)> {
-        self.of(has).map(|row| (row.keys, row.help)).collect()
+        self.available(has)
+            .map(|row| (row.keys, row.help))
+            .collect()
     }
 
     /// Keys and what the footer says of them.
     pub fn hints(&self, has: impl Fn(Need) -> bool) -> Vec<(String, &'static str)> {
-        self.of(has).filter_map(KeyRow::hint).collect()
+        self.available(has).filter_map(KeyRow::hint).collect()
     }
 
-    /// The same of the rows that begin with `first`, in this order.
+    /// Returns the same of the rows that begin with `first`, in this order.
     pub fn hints_of(&self, first: &[&str]) -> Vec<(String, &'static str)> {
         let row = |key: &&str| {
-            let mut rows = self.of(|_| true);
+            let mut rows = self.available(|_| true);
             rows.find(|row| row.names().next() == Some(*key))
         };
         let rows = first.iter().filter_map(row);
         rows.filter_map(KeyRow::hint).collect()
     }
 
-    /// The rows, as `ratelab keys` prints them.
+    /// Returns the rows, as `ratelab keys` prints them.
     pub fn text(&self, has: impl Fn(Need) -> bool) -> String {
         let rows = self.rows(has).into_iter();
         rows.fold(String::new(), |mut text, (keys, help)| {
@@ -192,7 +194,7 @@ mod tests {
     #[test]
     fn no_key_of_a_screen_has_two_meanings() {
         for table in TABLES {
-            let names: Vec<&str> = table.of(|_| true).flat_map(KeyRow::names).collect();
+            let names: Vec<&str> = table.available(|_| true).flat_map(KeyRow::names).collect();
             for (index, name) in names.iter().enumerate() {
                 assert!(!names[..index].contains(name), "{name} is taken");
             }
@@ -222,7 +224,7 @@ mod tests {
             keys.push(KeyEvent::new(KeyCode::Char(letter), KeyModifiers::SHIFT));
             keys.push(KeyEvent::new(KeyCode::Char(letter), KeyModifiers::CONTROL));
         }
-        for row in TABLES.iter().flat_map(|table| table.of(|_| true)) {
+        for row in TABLES.iter().flat_map(|table| table.available(|_| true)) {
             for (place, name) in row.names().enumerate() {
                 let pressed = keys.iter().any(|key| row.place(key) == Some(place));
                 assert!(pressed, "{name} of {}", row.help);

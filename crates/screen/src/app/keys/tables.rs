@@ -89,7 +89,7 @@ const BRANCH: &[KeyRow] = rows! {
         "branch: this run again up to here, then with a knob turned", footer "branch";
 };
 
-/// All keys of a run here, those first that are needed most.
+/// All keys of a run here, the most needed first.
 pub const LAB: KeyTable = KeyTable(&[
     HELP,
     QUIT,

@@ -47,9 +47,10 @@ pub fn half_filled() -> CliffMap {
 fn outcome(up: bool) -> CellResult {
     let fell = Time::from_nanos(3_580_000_000);
     let end = Config::default().end;
-    let (kind, sim_time) = match up {
-        true => (&BALANCED, end),
-        false => (&POLE_FELL, fell),
+    let (kind, sim_time) = if up {
+        (&BALANCED, end)
+    } else {
+        (&POLE_FELL, fell)
     };
     CellResult {
         without_data: None,

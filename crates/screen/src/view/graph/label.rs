@@ -50,17 +50,18 @@ impl Router<'_> {
         let mut free = sheet.rows(usize::from(self.layout.bottom), usize::MAX);
         // Topics without readers come last, and only if there is room for all.
         let all = [&rest[..], &unnamed[..]].concat();
-        let list = match list::room(&all, free.area) >= all.len() {
-            true => all,
-            false => rest,
+        let list = if list::room(&all, free.area) >= all.len() {
+            all
+        } else {
+            rest
         };
         if free.shows(" ") {
             list::draw(&list, &mut free);
         }
     }
 
-    /// The first column and the row of the text about `route`, and the length of its line up
-    /// to the first bend.
+    /// Returns the first column and the row of the text about `route`, and the length of its line
+    /// up to the first bend.
     fn trunk(&self, route: &Route) -> Option<(usize, usize, usize)> {
         let first = route.publishers.first()?;
         let mut exits = self.layout.exits.iter();
@@ -111,21 +112,21 @@ impl Router<'_> {
             return false;
         };
         // One blank column at either end.
-        let room = room.saturating_sub(2);
-        let mut free = |row: &usize| sheet.cells(start, *row, room).shows(" ");
+        let text_room = room.saturating_sub(2);
+        let mut free = |row: &usize| sheet.cells(start, *row, text_room).shows(" ");
         let above = (0..row).rev().take_while(&mut free).count();
         let below = (row + 1..).take_while(free).count();
         let fitting = WRITINGS.iter().find(|(up, down, least)| {
             let needed = down.len().min(1);
-            up.len() <= above && needed <= below && *least <= room
+            up.len() <= above && needed <= below && *least <= text_room
         });
         let Some((up, down, _)) = fitting else {
             return false;
         };
         let rows = (row - up.len()..row).zip(*up);
         for (row, what) in rows.chain((row + 1..=row + below).zip(*down)) {
-            let line = topic.line(*what, room);
-            sheet.cells(start, row, room).line(0, 0, &line);
+            let line = topic.line(*what, text_room);
+            sheet.cells(start, row, text_room).line(0, 0, &line);
         }
         true
     }

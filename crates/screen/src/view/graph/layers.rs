@@ -4,13 +4,12 @@ use std::collections::VecDeque;
 
 use crate::frame::FrameData;
 
-/// The nodes of `frame` by layer: a node is one layer behind the last of its publishers.
-/// Within a layer, a node is at about the height of its publishers, so that few lines
-/// cross.
+/// Returns the nodes of `frame` by layer: a node is one layer behind the last of its publishers.
+/// Within a layer, a node is at about the height of its publishers, so that few lines cross.
 ///
 /// In a cycle of nodes, the one that was added first comes first.
 pub(super) fn layers(frame: &FrameData) -> Vec<Vec<usize>> {
-    let flow = Layering::of(frame);
+    let flow = Layering::new(frame);
     let depths = flow.depths();
     let count = depths.iter().max().map_or(0, |deepest| deepest + 1);
     let mut layers = vec![Vec::new(); count];
@@ -32,7 +31,7 @@ struct Layering {
 }
 
 impl Layering {
-    fn of(frame: &FrameData) -> Self {
+    fn new(frame: &FrameData) -> Self {
         let nodes = frame.nodes.len();
         let all = nodes + frame.topics.len();
         let mut flow = Self {
@@ -44,7 +43,7 @@ impl Layering {
             for publisher in topic.publishers.iter().filter(|n| **n < nodes) {
                 flow.join(*publisher, vertex);
             }
-            // A topic without publishers is no edge.
+            // A topic without publishers is not an edge.
             if !flow.into[vertex].is_empty() {
                 for reader in topic.readers.iter().filter(|n| **n < nodes) {
                     flow.join(vertex, *reader);
@@ -59,7 +58,7 @@ impl Layering {
         self.into[to].push(from);
     }
 
-    /// The layer of each node: the longest path from a source.
+    /// Returns the layer of each node: the longest path from a source.
     fn depths(&self) -> Vec<usize> {
         let all = self.into.len();
         let mut waiting: Vec<usize> = self.into.iter().map(Vec::len).collect();
@@ -91,7 +90,7 @@ impl Layering {
         depths
     }
 
-    /// The first node of a cycle that `start` depends on, directly or indirectly.
+    /// Returns the first node of a cycle that `start` depends on, directly or indirectly.
     fn on_circle(&self, start: usize, placed: &[bool]) -> usize {
         let before = |v: usize| self.into[v].iter().copied().find(|u| !placed[*u]);
         let mut seen = vec![false; self.into.len()];
@@ -139,7 +138,7 @@ impl Layering {
     }
 }
 
-/// Position of row `row` out of `rows`, from 0 (top) to 1.
+/// Returns the position of row `row` out of `rows`, from 0 (top) to 1.
 fn relative(row: usize, rows: usize) -> f64 {
     (row as f64 + 0.5) / rows as f64
 }

@@ -14,14 +14,14 @@ use crate::{
 
 /// Maximum width of a name in the list.
 const LIST_NAME: usize = 16;
-/// Width of the figures after it, of the word after those, and of the age at the end.
+/// Width of the figures after it, of the word after the figures, and of the age at the end.
 const LIST_FIGURES: usize = 26;
 const LIST_WORD: usize = 8;
 const LIST_AGE: usize = 15;
 /// Columns between entries of the list.
 const LIST_SPACE: usize = 3;
 
-/// Number of rows of a list of the topics of `routes` in `room` columns.
+/// Returns the number of rows of a list of the topics of `routes` in `room` columns.
 pub(super) fn rows(frame: &FrameData, routes: &Routes, room: usize) -> usize {
     let read = routes.all.iter().filter(|route| !route.dangles());
     let topics: Vec<&TopicData> = read.map(|route| &frame.topics[route.topic]).collect();
@@ -29,7 +29,7 @@ pub(super) fn rows(frame: &FrameData, routes: &Routes, room: usize) -> usize {
     topics.len().div_ceil(side_by_side(name, room))
 }
 
-/// Number of entries about `topics` that fit into `area`.
+/// Returns the number of entries about `topics` that fit into `area`.
 pub(super) fn room(topics: &[TopicText<'_>], area: Rect) -> usize {
     let name = name_width(topics.iter().map(|text| text.topic));
     side_by_side(name, usize::from(area.width)) * usize::from(area.height)
@@ -40,7 +40,7 @@ fn name_width<'a>(topics: impl Iterator<Item = &'a TopicData>) -> usize {
     names.max().unwrap_or(0).min(LIST_NAME)
 }
 
-/// Number of entries with names of this width beside each other.
+/// Returns the number of entries with names of this width beside each other.
 fn side_by_side(name: usize, room: usize) -> usize {
     ((room + LIST_SPACE) / (name + LIST_FIGURES + LIST_SPACE)).max(1)
 }
@@ -69,9 +69,10 @@ fn entry(topic: &TopicText<'_>, name: usize, cell: &mut Sheet<'_>) {
     let (theme, room) = (cell.theme, cell.width());
     let full = name + LIST_FIGURES;
     let aged = room >= full + LIST_WORD + LIST_AGE;
-    let depth = match room >= full {
-        true => format!(" {}", topic.depth()),
-        false => String::new(),
+    let depth = if room >= full {
+        format!(" {}", topic.depth())
+    } else {
+        String::new()
     };
     let name = pad(&topic.topic.name, name, theme) + topic.mark(" ");
     let figures = format!("{}{depth} ", topic.rate());

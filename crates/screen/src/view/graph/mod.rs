@@ -39,21 +39,21 @@ impl<'a> GraphView<'a> {
 pub fn render(frame: &FrameData, knobs: &KnobFocus, sheet: Sheet<'_>) {
     let theme = sheet.theme;
     let [width, height] = [sheet.area.width, sheet.area.height].map(|edge| edge.saturating_sub(2));
-    let layout = GraphLayout::of(frame, Size::new(width, height));
+    let layout = GraphLayout::new(frame, Size::new(width, height));
     let more = match layout.hidden {
         0 => String::new(),
         hidden => format!(" +{hidden} more "),
     };
-    let mut sheet = sheet.boxed("1 graph", Span::styled(more, theme.faint()));
+    let mut pane = sheet.boxed("1 graph", Span::styled(more, theme.faint()));
     let view = GraphView {
         frame,
         knobs,
         theme,
     };
-    nodes::draw(view, &layout, &mut sheet);
+    nodes::draw(view, &layout, &mut pane);
     let router = Router::new(view, &layout);
-    wires::draw(frame, &router.wires(), &mut sheet);
-    router.label(&mut sheet);
+    wires::draw(frame, &router.wires(), &mut pane);
+    router.label(&mut pane);
 }
 
 #[cfg(test)]

@@ -26,8 +26,10 @@ const PILL: usize = 4;
 
 /// Draws the boxes of all visible nodes.
 pub(super) fn draw(view: GraphView<'_>, layout: &GraphLayout, sheet: &mut Sheet<'_>) {
-    let boxes = layout.boxes.iter();
-    let boxes = boxes.map(|placed| (&view.frame.nodes[placed.node], placed.rect));
+    let boxes = layout
+        .boxes
+        .iter()
+        .map(|placed| (&view.frame.nodes[placed.node], placed.rect));
     // All nodes have a rate or none: a single one would look like a mistake.
     let with_rate = boxes.clone().all(|(node, rect)| {
         let text = format!("{} {}", node.name, hz(node));
@@ -35,14 +37,16 @@ pub(super) fn draw(view: GraphView<'_>, layout: &GraphLayout, sheet: &mut Sheet<
     });
     for (node, mut rect) in boxes {
         (rect.x, rect.y) = (rect.x + sheet.area.x, rect.y + sheet.area.y);
-        let mark = match *view.knobs.node == *node.name {
-            true => "▸",
-            false => " ",
+        let mark = if *view.knobs.node == *node.name {
+            "▸"
+        } else {
+            " "
         };
         let mut place = sheet.part(rect);
-        match rect.height < 3 {
-            true => place.line(0, 0, &pill(node, mark, &place, with_rate)),
-            false => full(node, mark, place),
+        if rect.height < 3 {
+            place.line(0, 0, &pill(node, mark, &place, with_rate))
+        } else {
+            full(node, mark, place)
         }
     }
 }
@@ -51,27 +55,33 @@ pub(super) fn draw(view: GraphView<'_>, layout: &GraphLayout, sheet: &mut Sheet<
 fn full(node: &NodeData, mark: &str, mut sheet: Sheet<'_>) {
     let theme = sheet.theme;
     let room = sheet.width().saturating_sub(2);
-    let name = match width(&node.name) + 2 <= room {
-        true => format!("{mark}{} ", node.name),
-        false => format!("{}{}", mark.trim(), node.name),
+    let name = if width(&node.name) + 2 <= room {
+        format!("{mark}{} ", node.name)
+    } else {
+        format!("{}{}", mark.trim(), node.name)
     };
     let title = Span::styled(clip(&name, room, theme), theme.strong());
     let block = Block::bordered().title(title);
     let inner = block.inner(sheet.area);
     sheet.widget(block);
-    let mut sheet = sheet.part(inner);
+    let mut inside = sheet.part(inner);
     let margin = usize::from(room > ROOM);
-    let room = room.saturating_sub(2 * margin);
-    let beneath = sheet.height() > 1;
-    let mut lines = vec![rate(node, theme, room, !beneath || node.place.is_some())];
+    let text_room = room.saturating_sub(2 * margin);
+    let beneath = inside.height() > 1;
+    let mut lines = vec![rate(
+        node,
+        theme,
+        text_room,
+        !beneath || node.place.is_some(),
+    )];
     if beneath {
-        lines.push(overruns(node, theme, room));
+        lines.push(overruns(node, theme, text_room));
     }
-    lines.extend(node.caption.map(|text| caption(text, theme, room)));
-    sheet.lines(margin, 0, lines);
+    lines.extend(node.caption.map(|text| caption(text, theme, text_room)));
+    inside.lines(margin, 0, lines);
 }
 
-/// A node in one row.
+/// Returns a node in one row.
 fn pill(node: &NodeData, mark: &str, sheet: &Sheet<'_>, with_rate: bool) -> Line<'static> {
     let theme = sheet.theme;
     let room = sheet.width().saturating_sub(PILL);
@@ -92,20 +102,21 @@ fn pill(node: &NodeData, mark: &str, sheet: &Sheet<'_>, with_rate: bool) -> Line
     ])
 }
 
-/// The tick marker and the rate, with overruns if they have no row of their own.
+/// Returns the tick marker and the rate, with overruns if they have no row of their own.
 fn rate(node: &NodeData, theme: &Theme, room: usize, with_overruns: bool) -> Line<'static> {
     let (glyph, tick) = tick(node, theme);
-    let room = room.saturating_sub(1);
-    let (text, style) = match node.health.word(room) {
+    let text_room = room.saturating_sub(1);
+    let (text, style) = match node.health.word(text_room) {
         Some(word) => (word.to_owned(), theme.strong()),
         None => (hz(node), Style::new()),
     };
-    let text = fitting([format!(" {text}"), text], room);
+    let text = fitting([format!(" {text}"), text], text_room);
     let over = format!(" {} over", count(node.overruns, COUNT));
     let told = with_overruns && node.overruns > 0 && node.health == Health::Works;
-    let over = match told && width(&text) + width(&over) <= room {
-        true => over,
-        false => String::new(),
+    let over = if told && width(&text) + width(&over) <= text_room {
+        over
+    } else {
+        String::new()
     };
     line([
         (glyph.to_owned(), tick),
@@ -133,7 +144,7 @@ fn overruns(node: &NodeData, theme: &Theme, room: usize) -> Line<'static> {
     line([(fitting(texts, room), style)])
 }
 
-/// A caption, or its verb if that is all that fits.
+/// Returns a caption, or its verb if that is all that fits.
 fn caption(text: &str, theme: &Theme, room: usize) -> Line<'static> {
     let verb = text.split(' ').next().unwrap_or_default();
     let texts = [format!("  {text}"), text.to_owned(), format!("  {verb}")];
@@ -149,7 +160,7 @@ fn tick(node: &NodeData, theme: &Theme) -> (&'static str, Style) {
     }
 }
 
-/// The rate with as many digits as needed: "50 Hz", "7.5 Hz", "0.001 Hz".
+/// Returns the rate with as many digits as needed: "50 Hz", "7.5 Hz", "0.001 Hz".
 fn hz(node: &NodeData) -> String {
     let hz = node.hz.get();
     let decimals = match hz {

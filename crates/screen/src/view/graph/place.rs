@@ -12,15 +12,15 @@ use super::{
 use crate::{frame::FrameData, view::sheet::clamp};
 
 /// Minimum width of a box: room for a rate.
-const LEAST_BOX: usize = 8;
+const MIN_BOX: usize = 8;
 /// Minimum length of a line: an end, a bend and an arrow.
-const LEAST_GAP: usize = 3;
+const MIN_GAP: usize = 3;
 /// Maximum width for names; longer ones are cut.
 const LONGEST_NAME: usize = 16;
 /// Minimum length of a line with figures side by side.
 const WIDE_GAP: usize = 20;
 /// Maximum space between the boxes of a column.
-const MOST_SPACE: usize = 3;
+const MAX_SPACE: usize = 3;
 
 /// A box.
 #[derive(Debug)]
@@ -71,7 +71,7 @@ pub(super) struct GraphLayout {
 
 impl GraphLayout {
     /// Lays out `frame` in an area of `size`.
-    pub(super) fn of(frame: &FrameData, size: Size) -> Self {
+    pub(super) fn new(frame: &FrameData, size: Size) -> Self {
         let room = [size.width, size.height].map(usize::from);
         let plan = AreaPlan::best(frame, &layers(frame), room);
         let nothing = Self {
@@ -82,13 +82,16 @@ impl GraphLayout {
     }
 }
 
-/// The ends of `routes` at `boxes`. The topics of a box share the rows inside it, from the
+/// Returns the ends of `routes` at `boxes`. The topics of a box share the rows inside it, from the
 /// top.
 fn ports(boxes: &[PlacedBox], routes: &Routes, leaving: bool) -> Vec<Port> {
     let ports = boxes.iter().flat_map(|placed| {
-        let is_here = |route: &&Route| match leaving {
-            true => route.publishers.contains(&placed.node),
-            false => route.readers.contains(&placed.node),
+        let is_here = |route: &&Route| {
+            if leaving {
+                route.publishers.contains(&placed.node)
+            } else {
+                route.readers.contains(&placed.node)
+            }
         };
         let mut there: Vec<&Route> = routes.all.iter().filter(is_here).collect();
         // Topics with a lane come last, as lanes are at the bottom.
@@ -138,17 +141,17 @@ const LOOKS: [[usize; 4]; 7] = [
     [15, 4, NARROW + 2, 4],
     [18, 4, WIDE_GAP, 3],
     [15, 4, NARROW + 2, 3],
-    [15, 4, LEAST_GAP, 4],
-    [10, 2, LEAST_GAP, 3],
-    [0, 12, LEAST_GAP, 1],
+    [15, 4, MIN_GAP, 4],
+    [10, 2, MIN_GAP, 3],
+    [0, 12, MIN_GAP, 1],
 ];
 
 impl BoxLook {
-    /// A look for names of some width.
-    fn of([least, beside, gap, height]: [usize; 4], name: usize) -> Self {
-        let (width, roomy) = (least.max(name + beside), gap > LEAST_GAP);
+    /// Creates a look for names of some width.
+    fn new([least, beside, gap, height]: [usize; 4], name: usize) -> Self {
+        let (width, roomy) = (least.max(name + beside), gap > MIN_GAP);
         Self {
-            width: [width, if roomy { width } else { LEAST_BOX }],
+            width: [width, if roomy { width } else { MIN_BOX }],
             height,
             gap,
             roomy,
@@ -157,9 +160,9 @@ impl BoxLook {
 }
 
 impl AreaPlan {
-    /// The most spacious plan that shows everything, or else the one that shows most.
+    /// Finds the most spacious plan that shows everything, or else the one that shows most.
     fn best(frame: &FrameData, layers: &[Vec<usize>], room: [usize; 2]) -> Option<Self> {
-        if layers.is_empty() || room[0] < LEAST_BOX || room[1] == 0 {
+        if layers.is_empty() || room[0] < MIN_BOX || room[1] == 0 {
             return None;
         }
         let names = frame.nodes.iter().map(|node| width(&node.name));
@@ -171,7 +174,7 @@ impl AreaPlan {
             caption.map(|caption| [[caption + 6, 4, WIDE_GAP, 5], [15, 4, NARROW + 2, 5]]);
         let looks = captioned.into_iter().flatten().chain(LOOKS);
         for look in looks.filter(|_| layers.len() <= room[0]) {
-            let look = BoxLook::of(look, name);
+            let look = BoxLook::new(look, name);
             let mut plan = Self::new(frame, layers.to_vec(), look);
             if !look.roomy {
                 plan.list = list::rows(frame, &plan.routes, room[0]);
@@ -180,16 +183,16 @@ impl AreaPlan {
                 return Some(plan);
             }
         }
-        let parts = LOOKS[5..].iter();
-        let parts =
-            parts.filter_map(|look| Self::part(frame, layers, BoxLook::of(*look, name), room));
+        let parts = LOOKS[5..]
+            .iter()
+            .filter_map(|look| Self::part(frame, layers, BoxLook::new(*look, name), room));
         // The taller one comes first and wins a tie.
         parts.reduce(|a, b| if b.shown() > a.shown() { b } else { a })
     }
 
     fn new(frame: &FrameData, columns: Vec<Vec<usize>>, look: BoxLook) -> Self {
         Self {
-            routes: Routes::of(frame, &columns),
+            routes: Routes::find(frame, &columns),
             columns,
             look,
             list: 0,
@@ -203,7 +206,7 @@ impl AreaPlan {
         look: BoxLook,
         room: [usize; 2],
     ) -> Option<Self> {
-        let most = (room[0] + look.gap) / (LEAST_BOX + look.gap);
+        let most = (room[0] + look.gap) / (MIN_BOX + look.gap);
         (1..=most).rev().find_map(|count| {
             let rows = room[1] / look.height;
             let mut plan = Self::new(frame, columns(layers, count, rows), look);
@@ -253,7 +256,7 @@ impl AreaPlan {
         let height = self.look.height;
         let tallest = self.tallest();
         let spare = room[1] - self.list - self.rows();
-        let space = (spare / tallest).min(MOST_SPACE);
+        let space = (spare / tallest).min(MAX_SPACE);
         let stack = |count: usize| count * height + (count - 1) * space;
         let spare = spare - (tallest - 1) * space;
         let away = usize::from(self.routes.lanes > 0 && spare > 1);
@@ -286,15 +289,14 @@ impl AreaPlan {
         }
     }
 
-    /// The width of boxes, with the beginning and end of each gap.
+    /// Returns the width of boxes, with the beginning and end of each gap.
     fn spread(&self, frame: &FrameData, room: [usize; 2]) -> (usize, Vec<[usize; 2]>) {
         let count = self.columns.len();
         let across = self.across(room);
         let least = (count - 1) * self.least_gap();
         let width = self.look.width[0].min((across - least) / count);
         let mut spare = across - count * width;
-        let dangling = Some(self.dangling(frame));
-        let dangling = dangling
+        let dangling = Some(self.dangling(frame))
             .filter(|dangling| spare >= least + dangling)
             .unwrap_or(0);
         spare -= dangling;
@@ -314,7 +316,7 @@ impl AreaPlan {
         (width, gaps)
     }
 
-    /// Width of a line out of the last column with its name.
+    /// Returns the width of a line out of the last column with its name.
     fn dangling(&self, frame: &FrameData) -> usize {
         let last = self.columns.len();
         let dangling_edges = self

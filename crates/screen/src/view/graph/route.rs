@@ -25,12 +25,12 @@ pub(super) struct Route {
 }
 
 impl Route {
-    /// Whether it dangles: its other end is not drawn.
+    /// Returns whether it dangles: its other end is not drawn.
     pub(super) fn dangles(&self) -> bool {
         self.readers.is_empty()
     }
 
-    /// Whether it may go up or down in its gaps.
+    /// Returns whether it may go up or down in its gaps.
     fn bends(&self) -> bool {
         self.lane.is_some() || self.publishers.len() + self.readers.len() > 1
     }
@@ -49,7 +49,7 @@ pub(super) struct Routes {
 
 impl Routes {
     /// Finds the routes through `columns`.
-    pub(super) fn of(frame: &FrameData, columns: &[Vec<usize>]) -> Self {
+    pub(super) fn find(frame: &FrameData, columns: &[Vec<usize>]) -> Self {
         let mut column = vec![None; frame.nodes.len()];
         for (number, members) in columns.iter().enumerate() {
             members.iter().for_each(|node| column[*node] = Some(number));
@@ -112,13 +112,13 @@ impl Routes {
             .retain(|route| route.lane.is_none_or(|lane| lane < most));
     }
 
-    /// The topics that go up or down in gap `gap`.
+    /// Returns the topics that go up or down in gap `gap`.
     pub(super) fn bends_in(&self, gap: usize) -> usize {
         let here = self.all.iter().filter(|r| r.bends() && !r.dangles());
         here.filter(|route| route.gaps.contains(&gap)).count()
     }
 
-    /// The maximum number of topics that go up or down in any gap between columns.
+    /// Returns the maximum number of topics that go up or down in any gap between columns.
     pub(super) fn most_bends(&self) -> usize {
         let bends = (1..self.columns).map(|gap| self.bends_in(gap));
         // A topic alone in a gap may go straight.
@@ -134,13 +134,13 @@ impl Routes {
     }
 }
 
-/// Length of a dangling edge with its name.
+/// Returns the length of a dangling edge with its name.
 pub(super) fn dangling_width(name: &str) -> usize {
     width(name) + 4
 }
 
-/// Length of such a line in `room` columns: with its name, with or without blanks around
-/// it, or without.
+/// Returns the length of such a line in `room` columns: with its name, with or without blanks
+/// around it, or without.
 pub(super) fn dangling_length(name: &str, room: usize) -> Option<usize> {
     let full = dangling_width(name);
     match room {

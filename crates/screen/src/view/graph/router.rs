@@ -44,7 +44,7 @@ impl<'a> Router<'a> {
         router
     }
 
-    /// The lines of all topics.
+    /// Returns the lines of all topics.
     pub(super) fn wires(&self) -> Vec<Wire> {
         let routes = self.layout.routes.all.iter().enumerate();
         routes
@@ -52,13 +52,13 @@ impl<'a> Router<'a> {
             .collect()
     }
 
-    /// The first column of `gap` with a vertical line, or the end of the gap.
+    /// Returns the first column of `gap` with a vertical line, or the end of the gap.
     pub(super) fn limit(&self, gap: usize) -> u16 {
         let tracks = self.tracks.range((gap, 0)..(gap + 1, 0)).map(|(_, x)| *x);
         tracks.min().unwrap_or(self.layout.gaps[gap][1])
     }
 
-    /// The rows at which route `number` enters and leaves `gap`.
+    /// Returns the rows at which route `number` enters and leaves `gap`.
     fn passage(&self, number: usize, gap: usize) -> WirePassage {
         let topic = self.layout.routes.all[number].topic;
         let [from, to] = [&self.layout.exits, &self.layout.entries].map(|ports| {
@@ -74,13 +74,13 @@ impl<'a> Router<'a> {
         }
     }
 
-    /// The row of the lane of route `number`, if it has one.
+    /// Returns the row of the lane of route `number`, if any.
     fn lane(&self, number: usize) -> Option<u16> {
         let lane = self.layout.routes.all[number].lane?;
         Some(self.layout.lanes + clamp(lane))
     }
 
-    /// The topics that go up or down in `gap`.
+    /// Returns the topics that go up or down in `gap`.
     fn bends(&self, gap: usize) -> Vec<WirePassage> {
         let routes = self.layout.routes.all.iter().enumerate();
         let here = routes.filter(|(_, route)| route.gaps.contains(&gap) && !route.dangles());
@@ -160,7 +160,7 @@ impl<'a> Router<'a> {
         }
     }
 
-    /// Whether a line out of the frame would overlap another one.
+    /// Returns whether a line out of the frame would overlap another one.
     fn is_taken(&self, topic: usize, gap: usize, row: u16) -> bool {
         let routes = self.layout.routes.all.iter().enumerate();
         let others = routes.filter(|(_, route)| route.topic != topic);
@@ -170,14 +170,14 @@ impl<'a> Router<'a> {
 }
 
 impl WirePassage {
-    /// The first and the last row of its vertical line, with the row of a `lane`.
+    /// Returns the first and the last row of its vertical line, with the row of a `lane`.
     fn reach(&self, lane: Option<u16>) -> Option<[u16; 2]> {
         let rows = self.from.iter().chain(&self.to).chain(&lane).copied();
         Some([rows.clone().min()?, rows.max()?])
     }
 }
 
-/// The routes of `passages` from left to right: a route that enters on a row has to turn
+/// Returns the routes of `passages` from left to right: a route that enters on a row has to turn
 /// before another one leaves on the same row.
 fn in_order(mut passages: Vec<WirePassage>) -> Vec<usize> {
     let mut order = Vec::new();

@@ -42,7 +42,7 @@ pub(super) struct TopicText<'a> {
 }
 
 impl TopicText<'_> {
-    /// The text of one row of a label, `room` columns wide.
+    /// Returns the text of one row of a label, `room` columns wide.
     pub(super) fn line(&self, row: LabelRow, room: usize) -> Line<'static> {
         let strong = self.view.theme.strong();
         let name = format!("{}{}", self.mark(""), self.topic.name);
@@ -81,21 +81,23 @@ impl TopicText<'_> {
             (self.topic.lost, "lost"),
             (self.topic.overtaken, "late"),
             (self.topic.unmatched, "unmatched"),
-        ];
-        let parts = parts.iter().filter(|(number, _)| *number > 0);
-        let parts = parts.map(|(number, word)| format!("{} {word}", count(*number, COUNT)));
+        ]
+        .into_iter()
+        .filter(|(number, _)| *number > 0)
+        .map(|(number, word)| format!("{} {word}", count(number, COUNT)));
         let lost = parts.collect::<Vec<_>>().join(" ");
         let with_losses = [
             format!("  {dropped} dropped {lost}"),
             format!("  {lost}"),
             lost.clone(),
-        ];
-        let with_losses = with_losses.into_iter().filter(|_| !lost.is_empty());
+        ]
+        .into_iter()
+        .filter(|_| !lost.is_empty());
         let text = fitting(with_losses.chain(self.drops_in_words()), room);
         text.trim_end().to_owned()
     }
 
-    /// The drops in fewer and fewer columns, never as a number alone.
+    /// Returns the drops in fewer and fewer columns, never as a number alone.
     pub(super) fn drops_in_words(&self) -> impl Iterator<Item = String> {
         let dropped = count(self.topic.dropped, COUNT);
         let short = (self.topic.dropped > 0).then(|| format!(" ✖{dropped}"));
@@ -107,12 +109,13 @@ impl TopicText<'_> {
         words.into_iter().chain(short)
     }
 
-    /// The mark of a topic with the focus of the knob keys, or else `nothing`.
+    /// Returns the mark of a topic with the focus of the knob keys, or else `nothing`.
     pub(super) fn mark(&self, nothing: &'static str) -> &'static str {
         let mut marked = self.view.knobs.topics.iter();
-        match marked.any(|topic| **topic == *self.topic.name) {
-            true => "▸",
-            false => nothing,
+        if marked.any(|topic| **topic == *self.topic.name) {
+            "▸"
+        } else {
+            nothing
         }
     }
 
@@ -123,12 +126,12 @@ impl TopicText<'_> {
         format!("{rate:>5.decimals$}/s")
     }
 
-    /// The depth of the queue.
+    /// Returns the depth of the queue.
     pub(super) fn depth(&self) -> String {
         format!("depth {:<3}", self.topic.depth)
     }
 
-    /// The age of the newest message, marked where the next one is overdue.
+    /// Returns the age of the newest message, marked where the next one is overdue.
     pub(super) fn age(&self) -> String {
         let Some(held) = self.topic.held else {
             return String::new();

@@ -87,8 +87,12 @@ impl Wire {
 
     fn draw(&self, topic: &TopicData, sheet: &mut Sheet<'_>) {
         let theme = sheet.theme;
-        let longest = self.pieces.values().filter_map(|piece| piece.far).max();
-        let longest = longest.unwrap_or(0);
+        let longest = self
+            .pieces
+            .values()
+            .filter_map(|piece| piece.far)
+            .max()
+            .unwrap_or(0);
         for (at, piece) in &self.pieces {
             let straight = [LEFT | RIGHT, UP | DOWN].contains(&piece.to);
             let far = piece.far.filter(|_| straight);
@@ -119,10 +123,9 @@ fn cell<'s>(sheet: &'s mut Sheet<'_>, (row, column): (u16, u16)) -> Sheet<'s> {
     sheet.cells(usize::from(column), usize::from(row), 1)
 }
 
-/// The message at distance `far` from the publisher on a line of some length. Where the link
-/// takes time, each message is in its place; elsewhere they are evenly spread, at the
-/// publishing rate, and the recent shares of lost and dropped ones appear over the whole
-/// length.
+/// Returns the message at distance `far` from the publisher on a line of some length. Where the
+/// link takes time, each message is in its place; elsewhere they are evenly spread, at the
+/// publishing rate, and the recent shares of lost and dropped ones appear over the whole length.
 fn message(
     topic: &TopicData,
     (far, longest): (u64, u64),
@@ -144,9 +147,11 @@ fn message(
         let by = |message: f64| (message * share).floor();
         by(message + 1.0) > by(message)
     };
-    Some(match () {
-        () if one_of(topic.link_loss()) => lost,
-        () if one_of(topic.loss()) => ("✖", Style::new()),
-        () => under_way,
+    Some(if one_of(topic.link_loss()) {
+        lost
+    } else if one_of(topic.loss()) {
+        ("✖", Style::new())
+    } else {
+        under_way
     })
 }

@@ -21,7 +21,7 @@ use crate::{
 /// share of the pane below which it wastes room. The shorter side then fills the pane, and the
 /// view follows the focus.
 const SHORTEST_SIDE: f64 = 20.0;
-const LEAST_SHARE: f64 = 0.5;
+const MIN_SHARE: f64 = 0.5;
 
 /// Number of rows above which one is for labels below the view.
 const WITH_LABELS: u16 = 7;
@@ -30,32 +30,35 @@ const WITH_LABELS: u16 = 7;
 const CAPTION_GAP: usize = 3;
 
 /// Maximum number of strokes of a shape.
-const MOST_STROKES: f64 = 400.0;
+const MAX_STROKES: f64 = 400.0;
 
 /// Draws a picture, and its captions in the last line.
 pub fn render(picture: Option<&Picture>, verdict: &VerdictData, sheet: Sheet<'_>) {
     let theme = sheet.theme;
     let lost = picture.is_some() && verdict.standing == Standing::Lost;
-    let word = match lost {
-        true => Span::styled(format!(" ✖ {} ", verdict.word), theme.alarm()),
-        false => Span::default(),
+    let word = if lost {
+        Span::styled(format!(" ✖ {} ", verdict.word), theme.alarm())
+    } else {
+        Span::default()
     };
-    let mut sheet = sheet.boxed("2 plant", word);
-    let last = sheet.height().saturating_sub(1);
+    let mut pane = sheet.boxed("2 plant", word);
+    let last = pane.height().saturating_sub(1);
     let Some(picture) = picture else {
-        sheet.put(1, last, "no state yet", theme.faint());
+        pane.put(1, last, "no state yet", theme.faint());
         return;
     };
-    let captions = picture.captions.iter();
-    let captions = captions.map(|caption| Line::raw(with_signs(caption)));
-    let room = sheet.width().saturating_sub(1);
-    sheet.line(1, last, &side_by_side(captions, CAPTION_GAP, room, theme));
-    if let Some(drawing) = Drawing::new(picture, lost, theme, rows(sheet.area, 0, last)) {
-        drawing.draw(picture, &mut sheet);
+    let captions = picture
+        .captions
+        .iter()
+        .map(|caption| Line::raw(with_signs(caption)));
+    let room = pane.width().saturating_sub(1);
+    pane.line(1, last, &side_by_side(captions, CAPTION_GAP, room, theme));
+    if let Some(drawing) = Drawing::new(picture, lost, theme, rows(pane.area, 0, last)) {
+        drawing.draw(picture, &mut pane);
     }
 }
 
-/// `text` with minus signs as wide as plus signs.
+/// Returns `text` with minus signs as wide as plus signs.
 fn with_signs(text: &str) -> String {
     let letters: Vec<char> = text.chars().collect();
     let is_minus = |at: usize| {
@@ -71,7 +74,7 @@ fn with_signs(text: &str) -> String {
 /// they keep their shape.
 struct Drawing<'t> {
     canvas: BrailleCanvas,
-    /// The rows of labels: those of the canvas, and one below if there is room.
+    /// The rows of labels: the rows of the canvas, and one below if there is room.
     labels: Rect,
     /// Size of a dot (m).
     dot: [f64; 2],
@@ -102,7 +105,7 @@ impl<'t> Drawing<'t> {
         let all = by_width.max(by_height);
         let shorter = (width * aspect * across).min(height * down) / all;
         let filled = by_width.min(by_height);
-        let size = if shorter < SHORTEST_SIDE || filled < LEAST_SHARE * all {
+        let size = if shorter < SHORTEST_SIDE || filled < MIN_SHARE * all {
             filled
         } else {
             all
@@ -135,7 +138,7 @@ impl<'t> Drawing<'t> {
         }
     }
 
-    /// The direction of a shape, and its lines.
+    /// Returns the direction of a shape, and its lines.
     fn strokes(&self, style: Style, shape: &Shape) -> (Stroke, Vec<Stroke>) {
         match shape {
             Shape::Segment { from, to } => {
@@ -158,7 +161,7 @@ impl<'t> Drawing<'t> {
         }
     }
 
-    /// The position of a point on the drawing.
+    /// Returns the position of a point on the drawing.
     fn placed(&self, style: Style, [x, y]: [f64; 2]) -> [f64; 2] {
         match style {
             Style::Scenery => [x, y],
@@ -166,8 +169,7 @@ impl<'t> Drawing<'t> {
         }
     }
 
-    /// The pen for `style`; in ASCII the character that best fits the direction of
-    /// `line`.
+    /// Returns the pen for `style`; in ASCII the character that best fits the direction of `line`.
     fn pen(&self, style: Style, [x1, y1, x2, y2]: Stroke) -> Pen {
         let (right, up) = (x2 - x1, y2 - y1);
         let level = right.abs() >= up.abs();
@@ -197,7 +199,7 @@ impl<'t> Drawing<'t> {
         let dots = [(x2 - x1) / self.dot[0], (y2 - y1) / self.dot[1]].map(f64::abs);
         match style {
             Style::Limit => {
-                let dashes = (dots[0].max(dots[1]) / 2.0).clamp(1.0, MOST_STROKES);
+                let dashes = (dots[0].max(dots[1]) / 2.0).clamp(1.0, MAX_STROKES);
                 dashed(line, dashes as u32).collect()
             }
             // Where a dot is a character, one is thick enough.
@@ -217,7 +219,7 @@ impl<'t> Drawing<'t> {
         }
     }
 
-    /// A box in lines from side to side, its edges on whole dots where it is level.
+    /// Returns a box in lines from side to side, its edges on whole dots where it is level.
     fn filled_box(&self, [x, y]: [f64; 2], half: [f64; 2], angle: f64) -> Vec<Stroke> {
         let half = [
             (half[0] / self.dot[0]).round().max(1.0) * self.dot[0],
@@ -225,8 +227,9 @@ impl<'t> Drawing<'t> {
         ];
         // Turned lines have no gaps at twice the density.
         let dense = if angle == 0.0 { 2.0 } else { 4.0 };
-        let lines = (half[1] / self.dot[1] * dense).round();
-        let lines = lines.clamp(0.0, MOST_STROKES) as u32;
+        let lines = (half[1] / self.dot[1] * dense)
+            .round()
+            .clamp(0.0, MAX_STROKES) as u32;
         let (sin, cos) = angle.sin_cos();
         let corner = |right: f64, up: f64| [x + right * cos - up * sin, y + right * sin + up * cos];
         let level = |line: u32| {
@@ -238,7 +241,7 @@ impl<'t> Drawing<'t> {
     }
 
     fn circle(&self, [x, y]: [f64; 2], radius: f64) -> Vec<Stroke> {
-        let edges = (4.0 * radius / self.dot[0]).clamp(8.0, MOST_STROKES) as u32;
+        let edges = (4.0 * radius / self.dot[0]).clamp(8.0, MAX_STROKES) as u32;
         let point = |edge: u32| {
             let angle = f64::from(edge) / f64::from(edges) * std::f64::consts::TAU;
             (x + radius * angle.cos(), y + radius * angle.sin())
@@ -266,9 +269,8 @@ impl<'t> Drawing<'t> {
     }
 }
 
-/// The beginning of a window of `span` metres, on a whole dot: with everything between
-/// the ends visible and the share `before` of the spare room in front, or else around
-/// `focus`.
+/// Returns the beginning of a window of `span` metres, on a whole dot: with everything between the
+/// ends visible and the share `before` of the spare room in front, or else around `focus`.
 fn window([from, to]: [f64; 2], focus: f64, span: f64, dot: f64, before: f64) -> f64 {
     let spare = span - (to - from);
     let begin = if spare >= 0.0 {

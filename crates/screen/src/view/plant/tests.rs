@@ -54,8 +54,7 @@ fn a_fall_is_said_and_seen() {
     let buf = pane(&sample::broken(), (62, 13), &RICH);
     assert_eq!(styled(&buf, RICH.alarm()), " ✖ pole fell ");
     // Above the cart, this style is the pole's.
-    let pole = buf.content[..62 * 8].iter();
-    let pole = pole.filter(|cell| {
+    let pole = buf.content[..62 * 8].iter().filter(|cell| {
         cell.style().fg == RICH.alarm().fg && !cell.modifier.contains(Modifier::REVERSED)
     });
     assert!(pole.count() >= 6);

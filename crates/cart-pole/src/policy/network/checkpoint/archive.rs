@@ -3,13 +3,14 @@
 use super::super::error::{WeightsError, listed};
 use crate::policy::way_out::ProgramKind;
 
-/// The error for a zip with these `names` that is known to be something else.
+/// Returns the error for a zip with these `names` that is known to be something else.
 pub(super) fn other_archive(names: &[&str]) -> Option<WeightsError> {
     let among = |wanted: &str| names.contains(&wanted);
     let ends = |end: &str| names.iter().any(|name| name.ends_with(end));
     let (what, program) = if among("policy.pth") || among("_stable_baselines3_version") {
-        let found = ["policy.pth", "_stable_baselines3_version"];
-        let found = found.into_iter().filter(|name| among(name));
+        let found = ["policy.pth", "_stable_baselines3_version"]
+            .into_iter()
+            .filter(|name| among(name));
         let found: Vec<&str> = found.collect();
         let what = format!(
             "a Stable-Baselines3 model ({} in the zip)",

@@ -7,7 +7,7 @@ use super::error::{PickleResult, nonsense};
 pub(super) struct Bytes<'a>(pub(super) &'a [u8]);
 
 impl<'a> Bytes<'a> {
-    /// The next `count` bytes.
+    /// Returns the next `count` bytes.
     pub(super) fn take(&mut self, count: usize) -> PickleResult<&'a [u8]> {
         match self.0.split_at_checked(count) {
             Some((taken, rest)) => {
@@ -18,12 +18,12 @@ impl<'a> Bytes<'a> {
         }
     }
 
-    /// The next byte.
+    /// Returns the next byte.
     pub(super) fn byte(&mut self) -> PickleResult<u8> {
         self.array().map(|[byte]| byte)
     }
 
-    /// The next `N` bytes.
+    /// Returns the next `N` bytes.
     pub(super) fn array<const N: usize>(&mut self) -> PickleResult<[u8; N]> {
         let taken = self.take(N)?;
         taken
@@ -31,7 +31,7 @@ impl<'a> Bytes<'a> {
             .or_else(|_| nonsense("it ends in the middle"))
     }
 
-    /// The text up to the end of the line.
+    /// Returns the text up to the end of the line.
     pub(super) fn line(&mut self) -> PickleResult<&'a str> {
         let end = self.0.iter().position(|byte| *byte == b'\n');
         let line = self.take(end.map_or(usize::MAX, |end| end + 1))?;

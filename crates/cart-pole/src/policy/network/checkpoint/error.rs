@@ -27,7 +27,7 @@ pub(super) enum PickleError {
     },
 }
 
-/// An error for an invalid pickle, with the reason.
+/// Returns an error for an invalid pickle, with the reason.
 pub(super) fn nonsense<T>(why: impl Display) -> PickleResult<T> {
     Err(PickleError::Invalid(why.to_string()))
 }

@@ -32,7 +32,7 @@ use crate::policy::way_out::ProgramKind;
 const ENTRY: &[u8] = b"PK\x01\x02";
 
 /// The maximum number of entries in a zip; each storage takes one.
-const MOST_ENTRIES: usize = 1_024;
+const MAX_ENTRIES: usize = 1_024;
 
 /// The longest pickle accepted (bytes): enough for some hundred tensors.
 const LONGEST_PICKLE: u64 = 1 << 18;
@@ -54,14 +54,14 @@ impl<'a> Checkpoint<'a> {
     /// contents and its end, by which a reader that looks for the first byte would be misled.
     pub(super) fn open(content: &'a [u8]) -> Result<Self, WeightsError> {
         let entries = content.windows(ENTRY.len()).filter(|bytes| *bytes == ENTRY);
-        if entries.count() > MOST_ENTRIES {
-            return Err(no_zip(&format!("it has more than {MOST_ENTRIES} entries")));
+        if entries.count() > MAX_ENTRIES {
+            return Err(no_zip(&format!("it has more than {MAX_ENTRIES} entries")));
         }
         let config = Config {
             archive_offset: ArchiveOffset::Known(0),
         };
-        let archive = ZipArchive::with_config(config, Cursor::new(content));
-        let archive = archive.map_err(|why| no_zip(&one_line(why)))?;
+        let archive = ZipArchive::with_config(config, Cursor::new(content))
+            .map_err(|why| no_zip(&one_line(why)))?;
         let names: Vec<_> = archive.file_names().filter_map(Result::ok).collect();
         let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
         if let Some(other) = other_archive(&names) {
@@ -75,11 +75,13 @@ impl<'a> Checkpoint<'a> {
             why: format!("{NO_CHECKPOINT}: there is no {PICKLE} in a folder"),
             program: None,
         };
-        let folder = folder.ok_or_else(missing)?;
-        Ok(Self { archive, folder })
+        Ok(Self {
+            archive,
+            folder: folder.ok_or_else(missing)?,
+        })
     }
 
-    /// The actor in the checkpoint.
+    /// Returns the actor in the checkpoint.
     pub(super) fn mlp(mut self) -> Result<Mlp, WeightsError> {
         self.check_byte_order()?;
         let pickle = self.entry(PICKLE, LONGEST_PICKLE)?;
@@ -105,12 +107,14 @@ impl<'a> Checkpoint<'a> {
         }
     }
 
-    /// The content of the entry `name` of the folder.
+    /// Returns the content of the entry `name` of the folder.
     fn entry(&mut self, name: &str, longest: u64) -> Result<Vec<u8>, WeightsError> {
         let about = |why: &str| no_zip(&format!("{}: {why}", quoted(name)));
         let path = format!("{}{name}", self.folder);
-        let entry = self.archive.by_name(&path);
-        let entry = entry.map_err(|why| about(&one_line(why)))?;
+        let entry = self
+            .archive
+            .by_name(&path)
+            .map_err(|why| about(&one_line(why)))?;
         // The size in the entry may be wrong, so it is only a hint.
         let hint = entry.size().min(longest) as usize;
         let mut content = Vec::with_capacity(hint);
@@ -132,8 +136,8 @@ impl<'a> Checkpoint<'a> {
         let path = format!("data/{}", view.storage.key);
         let bytes = self.entry(&path, crate::policy::LARGEST_FILE)?;
         let values = (0..count).map(|index| float.at(&bytes, view.place(index)?));
-        let values: Option<Vec<f32>> = values.collect();
-        let values = values.ok_or_else(|| {
+        let complete: Option<Vec<f32>> = values.collect();
+        let values = complete.ok_or_else(|| {
             let found = format!("{} bytes in {}", bytes.len(), quoted(&path));
             WeightsError::Damaged(format!("expected all numbers of {name:?}, found {found}"))
         })?;
@@ -145,7 +149,7 @@ impl<'a> Checkpoint<'a> {
 /// The first object of a checkpoint in the format before PyTorch 1.6.
 const LEGACY: &[u8] = b"\x80\x02\x8a\x0a\x6c\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19";
 
-/// The error for the pickle `content` that has no zip around it.
+/// Returns the error for the pickle `content` that has no zip around it.
 pub(super) fn bare_pickle(content: &[u8]) -> WeightsError {
     if content.starts_with(LEGACY) {
         return WeightsError::Damaged(
@@ -170,7 +174,7 @@ pub(super) fn bare_pickle(content: &[u8]) -> WeightsError {
 const NORMALISER: &str = "stable_baselines3.common.vec_env.vec_normalize.VecNormalize";
 
 /// The beginning of what is wrong with a zip.
-const NO_CHECKPOINT: &str = "expected a PyTorch checkpoint, found a zip that is none";
+const NO_CHECKPOINT: &str = "expected a PyTorch checkpoint, found a zip that is not one";
 
 fn no_zip(why: &str) -> WeightsError {
     WeightsError::Damaged(format!("{NO_CHECKPOINT}: {why}"))

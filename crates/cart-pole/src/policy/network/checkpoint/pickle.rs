@@ -30,11 +30,11 @@ pub(super) struct Pickle<'a> {
     attributes: Option<ValueIndex>,
 }
 
-/// The attribute of a state dictionary with the names of all layers, also of those without tensors.
+/// The attribute of a state dictionary with the names of all layers, also of layers without tensors.
 const LAYERS: &str = "_metadata";
 
 /// How many dictionaries are searched for one that is nested.
-const MOST_SEARCHED: usize = 64;
+const MAX_SEARCHED: usize = 64;
 
 impl<'a> Pickle<'a> {
     /// Runs the pickle `bytes`, which must create a dictionary.
@@ -46,7 +46,7 @@ impl<'a> Pickle<'a> {
         machine.run()
     }
 
-    /// The tensor called `name`; the last one of several, as in Python.
+    /// Returns the tensor called `name`; the last one of several, as in Python.
     pub(super) fn tensor(&self, name: &str) -> Option<&TensorView<'a>> {
         let named = self
             .state
@@ -83,7 +83,7 @@ impl<'a> Pickle<'a> {
         }
     }
 
-    /// The layers of the module whose state this is.
+    /// Returns the layers of the module whose state this is.
     fn layers(&self) -> impl Iterator<Item = &(ValueIndex, ValueIndex)> {
         let attributes = self.pairs(self.attributes);
         let found = attributes
@@ -92,12 +92,13 @@ impl<'a> Pickle<'a> {
         self.pairs(found.map(|(_, layers)| *layers)).iter()
     }
 
-    /// A dictionary with weights within the state dictionary: its name, and the names in it.
+    /// Returns a dictionary with weights within the state dictionary: its name, and the names in
+    /// it.
     fn nested(&self) -> Option<(&str, Vec<&str>)> {
         let inner = self
             .state
             .iter()
-            .take(MOST_SEARCHED)
+            .take(MAX_SEARCHED)
             .filter_map(|(key, value)| {
                 let (name, pairs) = (self.text(*key)?, self.pairs(Some(*value)));
                 let is_beside = ["critic", "value"]
@@ -121,7 +122,7 @@ impl<'a> Pickle<'a> {
         }
     }
 
-    /// The pairs of a dictionary; none of anything else.
+    /// Returns the pairs of a dictionary; none of anything else.
     fn pairs(&self, place: Option<ValueIndex>) -> &[(ValueIndex, ValueIndex)] {
         match place.and_then(|place| self.values.get(place)) {
             Some(Value::Dict(pairs)) => pairs,
@@ -259,7 +260,7 @@ impl<'a> Machine<'a> {
         self.push(Value::Int(value))
     }
 
-    /// An integer of a given number of bytes, in two's complement.
+    /// Returns an integer of a given number of bytes, in two's complement.
     fn long(&mut self) -> PickleResult<i64> {
         let size = usize::from(self.rest.byte()?);
         let given = self.rest.take(size)?;
@@ -376,7 +377,7 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// The error for something that is code.
+    /// Returns the error for something that is code.
     fn forbidden<T>(&self, what: impl Display) -> PickleResult<T> {
         let texts = self.values.iter().filter_map(|value| match value {
             Value::Text(text) => Some(*text),
@@ -385,7 +386,7 @@ impl<'a> Machine<'a> {
         Err(PickleError::Code {
             what: what.to_string(),
             is_whole: self.stack.is_empty(),
-            library: Library::of(texts),
+            library: Library::detect(texts),
         })
     }
 

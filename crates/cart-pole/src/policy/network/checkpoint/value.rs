@@ -57,7 +57,7 @@ impl Callable {
             ("collections", "OrderedDict") => Some(Self::OrderedDict),
             ("torch._utils", "_rebuild_tensor_v2") => Some(Self::RebuildTensor),
             ("torch._utils", "_rebuild_parameter") => Some(Self::RebuildParameter),
-            ("torch", name) => ElementType::of_storage(name).map(Self::StorageOf),
+            ("torch", name) => ElementType::from_storage(name).map(Self::StorageOf),
             _ => None,
         }
     }
@@ -72,7 +72,7 @@ pub(super) struct ElementType {
 }
 
 impl ElementType {
-    fn of_storage(name: &str) -> Option<Self> {
+    fn from_storage(name: &str) -> Option<Self> {
         let (name, float) = match name {
             "HalfStorage" => ("float16", Some(Float::F16)),
             "FloatStorage" => ("float32", Some(Float::F32)),
@@ -108,14 +108,14 @@ pub(super) struct TensorView<'a> {
 }
 
 impl TensorView<'_> {
-    /// Number of elements; `None` on overflow.
+    /// Returns the number of elements; `None` on overflow.
     pub(super) fn count(&self) -> Option<usize> {
         self.shape
             .iter()
             .try_fold(1, |count: usize, size| count.checked_mul(*size))
     }
 
-    /// Index in the storage of element `index`, counted row by row; `None` on overflow.
+    /// Returns the index in the storage of element `index`, counted row by row; `None` on overflow.
     pub(super) fn place(&self, index: usize) -> Option<usize> {
         let mut rest = index;
         let mut dimensions = self.shape.iter().zip(&self.strides).rev();

@@ -1,0 +1,77 @@
+//! The error of a setting's text.
+
+use std::fmt;
+
+use thiserror::Error;
+
+/// An invalid text of a setting; each variant has the text.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum ParameterError {
+    /// The number of actions in a chunk.
+    #[error("{text:?} is not a chunk: expected 1 to {max} actions, or none")]
+    Chunk {
+        /// The text.
+        text: String,
+        /// The longest chunk.
+        max: usize,
+    },
+    /// One of a list of names.
+    #[error("{text:?} is not a {what}: expected {expected}")]
+    Name {
+        /// The text.
+        text: String,
+        /// What the names are of.
+        what: &'static str,
+        /// The names.
+        expected: String,
+    },
+    /// What happens where chunks overlap.
+    #[error(
+        "{text:?} is not a way to merge: expected newest, blend:W with a weight of 0 to 1, or \
+         ensemble:M with a decay of 0 to {max_decay}"
+    )]
+    Merge {
+        /// The text.
+        text: String,
+        /// The greatest decay.
+        max_decay: String,
+    },
+    /// The delay that a policy plans for.
+    #[error("{0:?} is not an expected delay: expected milliseconds, last, max, last+MS or max+MS")]
+    ExpectedDelay(String),
+    /// The model of a plan.
+    #[error(
+        "{text:?} is not a model: expected length:F, the pole's length as a multiple of the plant's, \
+         {min} to {max}"
+    )]
+    Model {
+        /// The text.
+        text: String,
+        /// The smallest factor.
+        min: String,
+        /// The greatest factor.
+        max: String,
+    },
+    /// When the player asks for the next chunk.
+    #[error("{0:?} is not a share of a chunk: expected 0 to 1, or none")]
+    Refill(String),
+    /// What happens with a stale action.
+    #[error("{0:?} is not a setting for stale actions: expected hold or zero:MS, such as zero:50")]
+    OnStale(String),
+    /// A random force on the cart.
+    #[error("{text:?} is not a disturbance: expected a force in newtons, 0 to {max}")]
+    Disturbance {
+        /// The text.
+        text: String,
+        /// The greatest force (N).
+        max: String,
+    },
+    /// The distance of similar readings.
+    #[error("{0:?} is not a distance of readings: expected 0 or more, such as 0.1")]
+    Distance(String),
+}
+
+/// Returns the text of `error`, for traits whose errors are texts.
+pub(crate) fn in_words(error: impl fmt::Display) -> String {
+    error.to_string()
+}
