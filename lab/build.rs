@@ -42,10 +42,11 @@ fn beside() {
 
 /// The sources of the program. Watching these causes no extra builds, because a change of
 /// any of them rebuilds the program anyway.
-const SOURCES: [&str; 22] = [
+const SOURCES: [&str; 23] = [
     "Cargo.toml",
     "Cargo.lock",
     "crates/account",
+    "crates/bag",
     "crates/cart-pole",
     "crates/real-clock",
     "crates/recording/Cargo.toml",

@@ -41,6 +41,7 @@
 // gone; these macros panic there.
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 
+mod bag_file;
 mod cli;
 mod command_line;
 mod commands;
@@ -125,7 +126,8 @@ fn exit_after(work: impl FnOnce() -> Result<(), Error>) -> ExitCode {
 }
 
 fn execute(program: &Program) -> Result<(), Error> {
-    let (file, with, args) = cli::take_graph_file(env::args_os());
+    let args = cli::with_look(program, env::args_os());
+    let (file, with, args) = cli::take_graph_file(args);
     let opened = file
         .map(|file| graph_file::open(program, &file, &with))
         .transpose()?;

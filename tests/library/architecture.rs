@@ -63,8 +63,9 @@ fn sources(folder: &str) -> Sources {
 }
 
 /// Every crate of the program by the folder of its sources, from the ground up.
-pub const CRATES: [&str; 11] = [
+pub const CRATES: [&str; 12] = [
     "src",
+    "crates/bag/src",
     "crates/account/src",
     "crates/real-clock/src",
     "crates/replay/src",

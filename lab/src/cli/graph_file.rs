@@ -164,13 +164,23 @@ pub struct NewArgs {
     #[arg(value_name = "FILE", required_unless_present = "schema")]
     pub file: Option<PathBuf>,
 
+    /// Write the graph that made this bag (as of ratelab look): rates, costs, phases, losses, chains,
+    /// each with its evidence as a comment. Costs go into files in FILE.data beside it.
+    #[arg(long, value_name = "BAG", requires = "file", conflicts_with = "policy")]
+    pub from: Option<PathBuf>,
+
+    /// A topic that a node makes of another one with a new header stamp, such as "/plan > /cmd":
+    /// no bag tells that. May be repeated.
+    #[arg(long, value_name = "EDGE", requires = "from")]
+    pub edge: Vec<String>,
+
     /// Write a program that runs a policy of a library: sb3 (Stable-Baselines3), torchscript,
     /// onnx, or module (a network of PyTorch and its state_dict).
     #[arg(long, value_name = "KIND", value_parser = program_kind(), requires = "file", hide_possible_values = true)]
     pub policy: Option<ProgramKind>,
 
     /// Print the JSON Schema of graph files, with which editors complete them.
-    #[arg(long, conflicts_with_all = ["file", "policy"])]
+    #[arg(long, conflicts_with_all = ["file", "from", "policy"])]
     pub schema: bool,
 }
 

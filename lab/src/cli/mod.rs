@@ -7,6 +7,7 @@ mod examples;
 mod graph;
 mod graph_file;
 mod hunt;
+mod look;
 mod network;
 mod picture;
 mod recordings;
@@ -39,6 +40,7 @@ pub use self::{
     graph::{ClockArg, GraphArgs},
     graph_file::{NewArgs, is_graph_file, take as take_graph_file},
     hunt::HuntArgs,
+    look::{LookArgs, with_look},
     network::{NodeArgs, UpArgs},
     picture::PictureArgs,
     recordings::{
@@ -81,6 +83,8 @@ pub enum Command {
     Check(CheckArgs),
     /// Write an example of a graph file, or a program that runs a policy of a library.
     New(NewArgs),
+    /// Print what the times in a bag of ROS 2 say: rates, gaps, clocks, nodes, ages of data.
+    Look(LookArgs),
     /// Open a recording in the rerun viewer, or play it in the terminal.
     Replay(ReplayArgs),
     /// Print the content of a recording.
@@ -132,7 +136,7 @@ pub enum CourseCommand {
 }
 
 /// Place of the commands of the course in the help: the others have even places.
-const COURSE: usize = 35;
+const COURSE: usize = 37;
 
 /// Parses the command line `args` of `program`.
 ///

@@ -12,6 +12,7 @@ mod hunt;
 mod info;
 mod keys;
 mod lab;
+mod look;
 mod man;
 mod new;
 mod picture;
@@ -42,6 +43,7 @@ pub fn execute(program: &Program, command: Command) -> Result<(), Error> {
         Command::Hunt(args) => hunt::hunt(program, &args),
         Command::Check(args) => check::check(program, &args),
         Command::New(args) => new::new(&args),
+        Command::Look(args) => look::look(&args),
         Command::Replay(args) => replay::replay(program, &args),
         Command::Info(args) => info::info(program, &args),
         Command::Verify(args) => verify::verify(program, &args),

@@ -36,7 +36,7 @@ fn use_of(command: &str, option: &str) -> Use {
         (_, "--csv" | "--svg" | "--junit" | "--output" | "-o" | "--out") | ("man", _) => {
             Use::Written
         }
-        (_, "--record" | "--save") | ("new", _) => Use::Made,
+        (_, "--record" | "--save") | ("new", "file") => Use::Made,
         (_, "--answers") => Use::Kept,
         _ => Use::Read,
     }
@@ -70,6 +70,7 @@ fn line(command: &str, given: &str) -> String {
         "exercise" => format!("exercise 2 --predict '0 because I think so' {given}"),
         "grade" if !is_option => format!("grade {given}"),
         "grade" => format!("grade class {given}"),
+        "new" if is_option => format!("new made.toml {given}"),
         "node" => format!("node policy {given}"),
         _ => format!("{command} {given}"),
     }

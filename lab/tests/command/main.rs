@@ -58,6 +58,7 @@ mod scripts {
         hunt,
         installed,
         like,
+        look,
         outputs,
         own_system,
         picture,

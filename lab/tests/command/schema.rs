@@ -1,4 +1,4 @@
-//! The JSON Schema of `run --json`.
+//! The JSON Schemas of `run --json` and `look --json`.
 
 use serde_json::{Value, json};
 
@@ -85,4 +85,28 @@ fn the_metrics_of_any_run_are_as_their_schema_has_them() {
         metrics["nodes"]["more"] = json!({ "hz": 1, "overruns": 0 });
         assert_eq!(faults(&metrics).len(), 2, "{options}");
     }
+}
+
+#[test]
+fn what_a_bag_says_is_as_its_schema_has_it() {
+    let schema = include_str!("../../../docs/look.schema.json");
+    let schema: Value = serde_json::from_str(schema).expect("JSON");
+    let folder = Folder::new();
+    let mut rows = "topic,log_ns,publish_ns,stamp_ns,seq\n".to_owned();
+    for message in 1..=200_u64 {
+        let stamp = message * 50_000_000;
+        for (topic, age) in [("/image", 5_000_000), ("/objects", 30_000_000)] {
+            let publish = stamp + age + message % 7 * 100_000;
+            let log = publish + 400_000;
+            rows += &format!("{topic},{log},{publish},{stamp},{message}\n");
+        }
+        rows += &format!("/bare,{stamp},0,0,{}\n", 2 * message);
+    }
+    folder.write("bag.csv", &rows);
+    let mut said = folder.json("look bag.csv --json");
+    let faults = |said: &Value| faults(&schema, &schema, said, "");
+    assert_eq!(faults(&said), [""; 0]);
+    said["bag"]["more"] = json!(1);
+    said["topics"]["/image"]["n"] = json!("many");
+    assert_eq!(faults(&said).len(), 2);
 }

@@ -110,6 +110,7 @@ manual! {
     docs_policies: "docs/policies.md",
     graphs: "docs/graphs.md",
     your_own: "docs/your-own.md",
+    your_robot: "docs/your-robot.md",
     hunt: "docs/hunt.md",
     slow_policies: "docs/slow-policies.md",
     theory: "docs/theory.md",

@@ -1,0 +1,41 @@
+//! Reads a bag for a command.
+
+use std::{ops::ControlFlow, path::Path};
+
+use ratelab_bag::Bag;
+
+use crate::{error::Error, output::ProgressLine, printable::shown};
+
+/// Size of a bag from which on it takes seconds (bytes).
+const LARGE: u64 = 64 << 20;
+
+/// Reads the bag at `path`; a large one with a bar on standard error.
+///
+/// # Errors
+/// [`Error::BadInput`] if there is no bag.
+pub fn read(path: &Path) -> Result<Bag, Error> {
+    let mut bar = None;
+    let bag = ratelab_bag::read(path, &mut |done, all| {
+        if all >= LARGE {
+            let new = || ProgressLine::new(all, shown(path));
+            bar.get_or_insert_with(new).set(done);
+        }
+        ControlFlow::Continue(())
+    });
+    bag.map_err(|why| Error::BadInput(why.to_string()))
+}
+
+/// An error for a bag of which only the intact part was read.
+///
+/// # Errors
+/// [`Error::Unfinished`] with the first damage.
+pub fn if_damaged(bag: &Bag) -> Result<(), Error> {
+    let Some(first) = bag.damage.first() else {
+        return Ok(());
+    };
+    let others = match bag.damage.len() - 1 {
+        0 => String::new(),
+        others => format!(" (and {others} more: see --json)"),
+    };
+    Err(Error::Unfinished(format!("{first}{others}")))
+}

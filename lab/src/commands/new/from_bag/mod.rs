@@ -1,0 +1,239 @@
+//! A bag as a graph file: each line with its evidence as a comment.
+
+mod files;
+mod reader;
+mod sensor;
+mod sheet;
+
+use ratelab_bag::{Analysis, Bag, BagChain, BagNode, Kind};
+
+pub use self::files::write;
+use self::sheet::{GraphSheet, ValueTable};
+
+/// The most chains of a graph file.
+const MOST_CHAINS: usize = 16;
+
+/// The fewest messages of a sensor that nobody reads.
+const FEWEST: usize = 50;
+
+/// A graph file, and the files beside it.
+pub struct GraphOfBag {
+    /// The graph file.
+    pub text: String,
+    /// Costs and lateness that it names.
+    pub tables: Vec<ValueTable>,
+    /// Crashes and restarts, a line each; empty without any.
+    pub knobs: String,
+    /// How long it runs until the end of the bag (s).
+    pub seconds: f64,
+}
+
+/// The graph of a bag, as it is written.
+struct Draft<'a> {
+    bag: &'a Bag,
+    analysis: &'a Analysis,
+    /// The event time that is 0 in the file (ns).
+    zero: i64,
+    /// What is written, in order.
+    sheet: GraphSheet,
+    /// The nodes that are written, by topic.
+    written: Vec<usize>,
+}
+
+/// Writes the graph of `bag`, whose name is `name`, with its tables in the folder `data`.
+pub fn graph(bag: &Bag, analysis: &Analysis, name: &str, data: &str) -> GraphOfBag {
+    let begins = analysis.nodes.iter().filter_map(|node| {
+        let path = analysis
+            .chains
+            .iter()
+            .find(|chain| chain.topic == node.topic)?;
+        let begun = analysis.begun(path.path[0], node.topic);
+        begun
+            .into_iter()
+            .map(|(event, begin)| event.min(begin))
+            .min()
+    });
+    let zero = begins.min().unwrap_or(0).saturating_sub(1_000_000_000);
+    let mut draft = Draft {
+        bag,
+        analysis,
+        zero,
+        sheet: GraphSheet::new(name, data),
+        written: Vec::new(),
+    };
+    draft.sheet.line(&format!(
+        "# from a bag of {} messages in {:.1} s; costs and lateness as measured, in {data}/",
+        bag.messages(),
+        bag.span() as f64 / 1e9
+    ));
+    for node in in_order(analysis) {
+        draft.node(node);
+    }
+    draft.topics();
+    draft.threads();
+    draft.chains();
+    let seconds = draft.in_file(analysis.end as f64) / 1e3;
+    draft.sheet.finish(seconds)
+}
+
+/// The nodes, each after what it reads.
+fn in_order(analysis: &Analysis) -> Vec<&BagNode> {
+    let depth = |node: &&BagNode| {
+        let chain = analysis
+            .chains
+            .iter()
+            .find(|chain| chain.topic == node.topic);
+        chain.map_or(0, |chain| chain.path.len())
+    };
+    let mut nodes: Vec<&BagNode> = analysis.nodes.iter().collect();
+    nodes.sort_by_key(depth);
+    nodes
+}
+
+impl Draft<'_> {
+    /// Writes a node, if it is known enough.
+    fn node(&mut self, node: &BagNode) {
+        let is_written = match node.kind {
+            Kind::Sensor => self.sensor(node),
+            _ => self.reader(node),
+        };
+        if is_written {
+            self.written.push(node.topic);
+        }
+    }
+
+    /// The name of a topic in quotes.
+    fn quoted(&self, topic: usize) -> String {
+        sheet::quoted(&self.bag.topics[topic].name)
+    }
+
+    /// The name of the node that publishes a topic: that of the topic.
+    fn name(&self, topic: usize) -> String {
+        sheet::node_name(&self.bag.topics[topic].name)
+    }
+
+    /// The readers of a topic.
+    fn readers(&self, topic: usize) -> impl Iterator<Item = &BagNode> {
+        self.analysis.nodes.iter().filter(move |node| {
+            let input = node.input.as_ref();
+            input.is_some_and(|input| input.parent == topic || input.other == Some(topic))
+        })
+    }
+
+    /// All topics that the node of `topic` publishes.
+    fn published(&self, topic: usize) -> String {
+        let leaders = self.analysis.relations.leaders.iter().enumerate();
+        let led = leaders.filter(|(other, leader)| **leader == topic && *other != topic);
+        let all = std::iter::once(topic).chain(led.map(|(other, _)| other));
+        let all: Vec<String> = all.map(|topic| self.quoted(topic)).collect();
+        format!("publishes = [{}]", all.join(", "))
+    }
+
+    /// `time` since the beginning of the file (ms).
+    fn in_file(&self, time: f64) -> f64 {
+        (time - self.zero as f64) / 1e6
+    }
+
+    /// Writes the links of all topics that are read.
+    fn topics(&mut self) {
+        for topic in self.written.clone() {
+            let mut readers = self.readers(topic).peekable();
+            if readers.peek().is_none() {
+                continue;
+            }
+            let transport = self.analysis.clocks.least_transport as f64 / 1e6;
+            let (mut lost, mut depth) = (0.0_f64, 1);
+            for reader in readers {
+                lost = lost.max(reader::lost(reader));
+                depth = depth.max(reader::depth(reader));
+            }
+            let mut link = Vec::new();
+            if transport > 0.0 {
+                link.push(format!("delay:{}", sheet::number(transport)));
+            }
+            if lost >= 0.003 {
+                link.push(format!(
+                    "loss:{}",
+                    sheet::number((lost * 1e4).round() / 1e4)
+                ));
+            }
+            let mut lines = vec![format!("\n[topic.{}]", self.quoted(topic))];
+            if depth > 1 {
+                lines.push(format!("depth = {depth}   # so many waited in the bag"));
+            }
+            if !link.is_empty() {
+                lines.push(format!("link = \"{}\"", link.join(",")));
+            }
+            if lines.len() > 1 {
+                lines.iter().for_each(|line| self.sheet.line(line));
+            }
+        }
+    }
+
+    /// Writes the executors of nodes that share a thread.
+    fn threads(&mut self) {
+        for (number, group) in self.analysis.shared.iter().enumerate() {
+            let is_timer = |topic: &usize| {
+                self.analysis
+                    .node(*topic)
+                    .is_some_and(|node| node.kind == Kind::Timer)
+            };
+            let (timers, others): (Vec<usize>, Vec<usize>) =
+                group.iter().partition(|of| is_timer(of));
+            let names: Vec<String> = timers
+                .iter()
+                .chain(&others)
+                .map(|of| sheet::quoted(&self.name(*of)))
+                .collect();
+            self.sheet
+                .line(&format!("\n[executor.thread{}]", number + 1));
+            self.sheet
+                .line("kind = \"single\"   # none began while another one ran");
+            self.sheet.line(&format!(
+                "nodes = [{}]   # the order cannot be seen in a bag",
+                names.join(", ")
+            ));
+        }
+    }
+
+    /// Writes the chains: leaves first, longest first.
+    fn chains(&mut self) {
+        let is_leaf = |chain: &BagChain| self.readers(chain.topic).next().is_none();
+        let is_written =
+            |chain: &&BagChain| chain.path.iter().all(|topic| self.written.contains(topic));
+        let mut chains: Vec<&BagChain> = self.analysis.chains.iter().filter(is_written).collect();
+        chains.sort_by_key(|chain| (!is_leaf(chain), std::cmp::Reverse(chain.path.len())));
+        for chain in chains.into_iter().take(MOST_CHAINS) {
+            let Some(ages) = chain.ages else { continue };
+            let ends = chain.path.iter().map(|topic| {
+                format!(
+                    "{}, {}",
+                    sheet::quoted(&self.name(*topic)),
+                    self.quoted(*topic)
+                )
+            });
+            let mut path: Vec<String> = ends.collect();
+            if self.sheet.has_source(&self.name(chain.path[0])) {
+                let source = sheet::source_of(&self.name(chain.path[0]));
+                path.insert(
+                    0,
+                    format!(
+                        "{}, {}",
+                        sheet::quoted(&source),
+                        sheet::quoted(&format!("/{source}"))
+                    ),
+                );
+            }
+            let (mean, p99) = (ages.mean / 1e6, ages.p99 as f64 / 1e6);
+            for line in [
+                format!("\n# in the bag: mean {mean:.1} ms, p99 {p99:.1} ms over time"),
+                format!("[chain.{}]", self.name(chain.topic)),
+                format!("path = [{}]", path.join(", ")),
+                format!("age_ms = {p99:.3}"),
+                "share = 0.99".to_owned(),
+            ] {
+                self.sheet.line(&line);
+            }
+        }
+    }
+}
