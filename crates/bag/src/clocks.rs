@@ -128,7 +128,8 @@ impl Clocks {
             ClockGroup {
                 topics,
                 offset: shift.saturating_neg(),
-                drift_ppm: -slope * 1e6,
+                // Not minus zero.
+                drift_ppm: 0.0 - slope * 1e6,
                 mapping: Mapping { shift, slope },
             }
         });
