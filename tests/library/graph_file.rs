@@ -112,19 +112,39 @@ fn without_nodes_before_the_policy_the_runs_are_those_of_the_system() {
 }
 
 #[test]
-fn a_chain_from_the_sensor_of_a_system_counts_from_its_sensing() {
+fn a_chain_through_a_system_counts_from_the_tick_of_its_first_node() {
     let middle = graph_text("middle", "");
     let chain = |path: &str| format!("{middle}[chain.log]\npath = [{path}]\n");
-    let text = chain(r#""sensor", "/obs", "camera", "/image", "logger""#);
-    // An image of 0 ms is there at 10 and logged at 12; then one every 20 ms.
-    let wanted = "log data age mean 22.0 ms, greatest 32.0 ms";
-    assert_eq!(chain_lines(&text, &run_graph(&text, 10.0, "")), [wanted]);
-    for (path, what) in [
-        (r#""camera", "/image", "logger""#, "are older than its tick"),
+    for (path, offset, ages) in [
+        // An image of 0 ms is there at 10 and logged at 12; then one every 20 ms.
         (
-            r#""actuator", "/state", "logger""#,
-            "are older than its tick",
+            r#""sensor", "/obs", "camera", "/image", "logger""#,
+            0,
+            "mean 22.0 ms, greatest 32.0 ms",
         ),
+        (
+            r#""camera", "/image", "logger""#,
+            0,
+            "mean 22.0 ms, greatest 32.0 ms",
+        ),
+        // The reading waits 5 ms for the camera, whose tick begins then.
+        (
+            r#""sensor", "/obs", "camera", "/image", "logger""#,
+            5,
+            "mean 32.0 ms, greatest 42.0 ms",
+        ),
+        (
+            r#""camera", "/image", "logger""#,
+            5,
+            "mean 27.0 ms, greatest 37.0 ms",
+        ),
+    ] {
+        let text = chain(path);
+        let summary = run_graph(&text, 10.0, &format!("offset camera {offset}"));
+        let lines = chain_lines(&text, &summary);
+        assert_eq!(lines, [format!("log data age {ages}")], "{path}");
+    }
+    for (path, what) in [
         (
             r#""sensor", "/obs", "camera", "/image""#,
             "log ends at camera",

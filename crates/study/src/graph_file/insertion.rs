@@ -104,20 +104,10 @@ impl Fit<'_> {
         Ok(relays)
     }
 
-    /// Checks the path of a chain where it goes through nodes of the system, whose messages
-    /// carry only the time of the sensing behind them.
+    /// Checks the path of a chain where it goes through nodes of the system.
     fn chain(&self, spec: &ChainSpec, relays: &[ForwardingNode]) -> Checked {
         let is_relay = |name: &str| relays.iter().any(|relay| relay.node == name);
         let (first, last, name) = (&spec.path[0], spec.chain.last(), spec.chain.name);
-        let reads = |node: usize| {
-            let mut topics = self.topology.topics.iter();
-            topics.any(|topic| topic.readers.contains(&node))
-        };
-        if is_relay(&first.text) || self.topology.node(&first.text).is_some_and(reads) {
-            let what = format!("the data of {} are older than its tick", first.text);
-            let remedy = format!("begin {name} at the node that senses them");
-            return refuse(first.at, format!("{what}: {remedy}"));
-        }
         if self.topology.node(last).is_some() || is_relay(last) {
             let what = format!(
                 "{name} ends at {last}, a node of the system or before one: expected another node \

@@ -40,7 +40,7 @@ pub fn is_run_time(field: &str) -> bool {
     RUN_TIMES.iter().any(|end| field.ends_with(end))
 }
 
-/// The numbers of a message on a topic of a graph file.
+/// The numbers of a message on [`CHAINS`](super::CHAINS).
 #[derive(Clone, Debug)]
 pub(crate) struct Numbers(pub(crate) Vec<f64>);
 
