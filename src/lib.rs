@@ -30,14 +30,15 @@
 //!
 //! # To read it
 //!
-//! From the ground up, where each imports only those before it: `time`, `qos`, `millis`, `sync`; `rate`,
+//! From the ground up, where each imports only those before it: `time`, `qos`, `millis`, `alternatives`, `sync`; `rate`,
 //! `record`, `arrival`; `journal`, `shared`; `settings`; `control`; `topic`; `trigger`; `node`;
 //! `scheduling`; `graph`; `clock`.
 //!
 //! | | files | so that you know |
 //! |---|---|---|
 //! | first | `time.rs`, `rate.rs`, `node/mod.rs`; `topic/` but for `any.rs`, `transit.rs`, `link_channel.rs` and `intake.rs`; `graph/mod.rs` to the end of `Graph::add`, and `graph/wiring.rs` | the three primitives, how they are wired, the way of a message |
-//! | then | `node/job.rs`; `scheduling/scheduler.rs`, `own.rs`, `task.rs`, `task_set.rs`, `agenda.rs` and `schedule.rs` there; `node/slot.rs`, `node/tick.rs`, `clock/virtual_time.rs`, `record.rs` | a run, and what it leaves |
+//! | then | `node/job.rs`; `scheduling/timetable.rs`, `own.rs`, `task.rs`, `task_set.rs`, `agenda.rs` and `schedule.rs` there; `node/slot.rs`, `node/tick.rs`, `clock/virtual_time.rs`, `record.rs` | a run, and what it leaves |
+//! | for costs and clocks | `settings/draw.rs`, `chance.rs`, `cost.rs`, `overrun.rs`, `local_clock.rs` there | what ticks take, and when they are due |
 //! | for links | `settings/link.rs`, `topic/link_channel.rs`, `topic/transit.rs` | what is between a publisher and its readers |
 //! | for triggers | `arrival.rs`, `topic/readers.rs`, `topic/intake.rs`, `trigger/`, `scheduling/release.rs`, `graph/triggers.rs` | how messages have a node tick |
 //! | for commands | `control/`, then `clock/obey.rs`, `graph/control.rs`, `scheduling/node_knobs.rs` | how a run is changed, who carries a command out, and what is logged of it |
@@ -48,17 +49,17 @@
 //! # What to change
 //!
 //! Three parts are given to a graph from outside, each through a trait: a [`Node`], a [`Sink`] of
-//! records, and a [`Clock`]. All else is a file here:
+//! records, and a [`Clock`] with its [`Journal`](journal::Journal). All else is a file here:
 //!
 //! | for another | change | as in |
 //! |---|---|---|
 //! | view of a run: figures, copies of messages | a [`Sink`] | `crates/account` |
 //! | clock | a [`Clock`]: it takes the [`TaskSets`](clock::TaskSets) of a graph, and [`Wake`](clock::Wake) hears of arrivals | `crates/real-clock`, `crates/replay` |
-//! | loss or delay of a link | a row of `PARTS` in `settings/link.rs`, and `topic/link_channel.rs` | `delay` there |
-//! | distribution of durations | `settings/draw.rs`: links, costs and lateness have it at once | `Uniform` there |
+//! | loss or delay of a link, each message once at most | a row of `PARTS` in `settings/link.rs` with a field of `Link`, and `deliver_at` in `topic/link_channel.rs` | `burst` there |
+//! | distribution of durations | `settings/draw.rs`: costs and lateness have it at once, links too unless it needs a file | `Uniform` there |
 //! | order of callbacks in an executor | a file in `scheduling/executors/`, and a row of `KINDS` in `executor.rs` there | `events.rs` |
 //! | rule for messages of several topics | `settings/matching.rs` for its text, `trigger/matcher.rs` for the rule | `Stamped` there |
-//! | setting or fault of a node or topic | a row of the table in `control/knob.rs`, and whoever obeys it: `scheduling/task.rs`, `topic/link_channel.rs` | `wakes` |
+//! | setting or fault of a node or topic | a row of the table in `control/knob.rs`, a type of its value in `settings/` and `control/knob_part.rs`, and whoever obeys it: `scheduling/task.rs` and its callers `own.rs` and `executors/ordered.rs`; `topic/any.rs` | `wakes`, `hang` |
 //!
 //! # How a run goes
 //!
@@ -151,7 +152,7 @@ pub use scheduling::{
 pub use settings::{
     chance::{Chance, normal_quantile},
     cost::Cost,
-    digest::Digest,
+    digest::{Digest, DigestError},
     draw::{Draw, Measurements},
     error::SettingError,
     link::{Burst, Link},

@@ -37,7 +37,7 @@ pub enum NodeRecord {
     Ended,
     /// A tick with its measurements, once these are known.
     Ticked(TickTimes),
-    /// So many ticks were due while it was busy, and were skipped.
+    /// So many ticks were due while it was busy, and were skipped: before the record of that tick.
     Skipped(u64),
     /// It has another rate.
     Rate(Hz),

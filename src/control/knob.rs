@@ -372,9 +372,10 @@ impl Parts<'_> {
 }
 
 impl Knob {
-    /// The random duration that it sets, of a knob that sets one.
+    /// The random duration that it sets: what a tick takes, how late it starts, the delay of a link.
     pub fn draw(&self) -> Option<&Draw> {
         match self {
+            Self::Link { link, .. } => Some(&link.delay),
             Self::Takes { cost, .. } => Some(&cost.draw),
             Self::Wakes { lateness, .. } => Some(lateness),
             _ => None,
@@ -385,6 +386,7 @@ impl Knob {
     #[must_use]
     pub fn with_draw(mut self, draw: Draw) -> Self {
         match &mut self {
+            Self::Link { link, .. } => link.delay = draw,
             Self::Takes { cost, .. } => cost.draw = draw,
             Self::Wakes { lateness, .. } => *lateness = draw,
             _ => {}
@@ -392,7 +394,7 @@ impl Knob {
         self
     }
 
-    /// Whether it makes the ticks of its node take time.
+    /// Whether it makes all ticks of its node take time.
     pub fn takes_time(&self) -> bool {
         matches!(self, Self::Takes { cost, .. } if !cost.draw.is_none())
     }

@@ -12,6 +12,7 @@ use crate::{
         state::{RunState, Status},
     },
     record::RecordSender,
+    settings::draw::Draw,
     sync::Arc,
     time::Time,
     topic::{AnyTopic, Payload, Topic},
@@ -110,6 +111,9 @@ impl ControlPlane {
     /// Checks that the topic has this knob.
     pub(super) fn check(&self, knob: &Knob) -> Result<(), KnobRefusal> {
         let topic = self.topic(knob.target())?;
+        if let Some(missing) = knob.draw().and_then(Draw::missing) {
+            return Err(KnobRefusal::NotLoaded(missing.file().to_owned()));
+        }
         if matches!(knob, Knob::Depth { .. }) || !topic.readers.is_empty() {
             return Ok(());
         }

@@ -16,13 +16,13 @@ mod node_knobs;
 mod own;
 mod release;
 mod schedule;
-mod scheduler;
 mod task;
 mod task_set;
+mod timetable;
 
 pub(crate) use release::EACH;
 pub use release::Release;
 pub(crate) use schedule::{Assignment, Schedule};
-pub(crate) use scheduler::Member;
 pub(crate) use task::Task;
 pub(crate) use task_set::TaskSet;
+pub(crate) use timetable::Member;

@@ -2,7 +2,7 @@
 
 use super::{
     schedule::Schedule,
-    scheduler::{Member, SchedulerEvent},
+    timetable::{Member, SchedulerEvent},
 };
 use crate::{
     control::{event::EventKind, knob::Knob, refusal::KnobRefusal, state::RunState},

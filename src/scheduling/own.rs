@@ -2,8 +2,8 @@
 
 use super::{
     agenda::Phase,
-    scheduler::{SchedulerEvent, TaskState, Timetable},
     task::Task,
+    timetable::{SchedulerEvent, TaskState, Timetable},
 };
 use crate::{
     control::{
@@ -15,8 +15,8 @@ use crate::{
     time::Time,
 };
 
-/// Runs a node as soon as it is released and free. What is due at its rate meanwhile is skipped;
-/// messages wait.
+/// Runs a node as soon as it is released and free. What is due at its rate meanwhile is skipped or
+/// waits, as its [`Overrun`](crate::Overrun) says; messages wait.
 pub(crate) struct Own {
     pub(crate) task: Task,
     /// Whether a tick lasts to the end of its period: logical execution time.

@@ -4,8 +4,8 @@ use std::{collections::BTreeSet, mem::take};
 
 use super::{
     agenda::{Agenda, AgendaItem},
-    scheduler::{Member, SchedulerEvent, TaskState, Timetable},
     task_set::{Scheduler, TaskSet},
+    timetable::{Member, SchedulerEvent, TaskState, Timetable},
 };
 use crate::{
     arrival::Arrival,
@@ -99,7 +99,7 @@ impl Schedule {
     }
 
     /// Task set and number of a node.
-    #[inline(always)]
+    #[inline]
     pub(super) fn place(&self, node: usize) -> (usize, usize) {
         self.places[node - self.lowest]
     }
@@ -186,7 +186,7 @@ impl Schedule {
 
     /// The next job at run time `now`, which may be after the end of the run. This and what it calls
     /// are one function, because every tick is handed through all of them: a quarter less a tick.
-    #[inline(always)]
+    #[inline]
     pub(crate) fn next_job(&mut self, now: Time, after: Option<AfterEnd>) -> Option<Assignment> {
         let until = after.map_or(Time::MAX, |end| end.until);
         let over = after.is_some_and(|end| end.over);
@@ -210,7 +210,7 @@ impl Schedule {
     }
 
     /// Has an event happen.
-    #[inline(always)]
+    #[inline]
     fn happen(&mut self, item: AgendaItem, now: Time, over: bool) -> Option<Assignment> {
         let (task_set, member) = self.place(item.node as usize);
         let event = match item.phase() {
@@ -231,7 +231,7 @@ impl Schedule {
     ///
     /// # Errors
     /// [`Fault`] if the node failed.
-    #[inline(always)]
+    #[inline]
     pub(crate) fn done(
         &mut self,
         slot: &mut NodeSlot,
@@ -249,7 +249,7 @@ impl Schedule {
         self.outlive(slot, work.node, times.began, outcome, state)
     }
 
-    #[inline(always)]
+    #[inline]
     pub(super) fn send(
         &mut self,
         number: usize,
@@ -264,7 +264,7 @@ impl Schedule {
         })
     }
 
-    #[inline(always)]
+    #[inline]
     pub(super) fn with<R>(
         &mut self,
         number: usize,

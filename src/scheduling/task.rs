@@ -2,7 +2,7 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use super::scheduler::{TaskState, Timetable};
+use super::timetable::{TaskState, Timetable};
 use crate::{
     control::{
         command::ClockKind,
@@ -159,7 +159,7 @@ impl Task {
         self.rate.advance_past(shown)
     }
 
-    /// Counts the ticks that were due before `time`, and do not wait, as missed.
+    /// Counts the ticks of a node on its own that were due before `time`, and do not wait, as missed.
     #[inline]
     pub(crate) fn skip_before(&mut self, time: Time, plan: &Timetable<'_>) {
         if !self.is_triggered() && self.when(self.rate.due()) < time {
@@ -224,7 +224,8 @@ impl Task {
 
     /// What its clock shows first at a run time.
     fn shows(&self, time: Time) -> Time {
-        self.clock.map_or(time, |clock| clock.shows_first(time))
+        self.clock
+            .map_or(time, |clock| clock.first_reading_at(time))
     }
 }
 

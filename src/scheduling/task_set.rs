@@ -13,8 +13,8 @@ use super::{
         team::Team,
     },
     own::Own,
-    scheduler::{Member, SchedulerEvent, TaskState, Timetable},
     task::Task,
+    timetable::{Member, SchedulerEvent, TaskState, Timetable},
 };
 use crate::{
     control::{knob::Knob, refusal::KnobRefusal},

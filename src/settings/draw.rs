@@ -12,6 +12,9 @@ use crate::millis;
 /// The 99th percentile of the standard normal distribution.
 const NORMAL_P99: f64 = 2.326_347_874_040_840_8;
 
+/// Prefix of a log-normal distribution.
+const LOGNORMAL: &str = "lognormal:";
+
 /// Prefix of a recording, of whose durations each draw is one.
 const RECORDED: &str = "recorded:";
 
@@ -67,20 +70,17 @@ impl Draw {
         self.at(0.5)
     }
 
-    /// The quantile of `u` in 0..1; `None` while its file is not loaded.
-    pub fn at(&self, u: f64) -> Option<Duration> {
-        Some(match self {
-            Self::Measured(measured) => measured.at(u)?,
-            known => known.quantile(u),
-        })
+    /// Number of commas in the text of a distribution that begins like this.
+    pub(super) fn commas(text: &str) -> usize {
+        usize::from(text.starts_with(LOGNORMAL))
     }
 
-    /// The quantile of `u` of a distribution that is known without a file.
-    fn quantile(&self, u: f64) -> Duration {
-        match self {
+    /// The quantile of `u`, from 0 to below 1; `None` while its file is not loaded.
+    pub fn at(&self, u: f64) -> Option<Duration> {
+        Some(match self {
             Self::Constant(duration) => *duration,
             Self::Uniform(from, to) => {
-                let width = (*to - *from).as_nanos() as f64;
+                let width = to.saturating_sub(*from).as_nanos() as f64;
                 *from + Duration::from_nanos((u * width) as u64)
             }
             Self::Lognormal { median, p99 } if u > 0.0 => {
@@ -89,8 +89,9 @@ impl Draw {
                 let drawn = median * (sigma * chance::normal_quantile(u)).exp();
                 Duration::from_nanos(drawn.round() as u64)
             }
-            Self::Lognormal { .. } | Self::Measured(_) => Duration::ZERO,
-        }
+            Self::Lognormal { .. } => Duration::ZERO,
+            Self::Measured(measured) => measured.at(u)?,
+        })
     }
 
     /// Draw number `n` of a chance. A graph refuses a draw whose file is not loaded, so there is
@@ -105,15 +106,19 @@ impl Draw {
         }
     }
 
-    /// The mean of `what` over the draws, by a thousand quantiles of equal weight; zero while the
+    /// The mean of `what` over the draws, by a thousand quantiles of equal weight; `None` while the
     /// file is not loaded.
-    pub fn mean_of(&self, what: impl Fn(Duration) -> f64) -> f64 {
+    pub fn mean_of(&self, what: impl Fn(Duration) -> f64) -> Option<f64> {
         const PARTS: u32 = 1_000;
-        let at = |part: u32| self.at((f64::from(part) + 0.5) / f64::from(PARTS));
-        match self {
-            Self::Constant(duration) => what(*duration),
-            _ => (0..PARTS).filter_map(at).map(what).sum::<f64>() / f64::from(PARTS),
+        if let Self::Constant(duration) = self {
+            return Some(what(*duration));
         }
+        let at = |part: u32| {
+            self.at((f64::from(part) + 0.5) / f64::from(PARTS))
+                .map(&what)
+        };
+        let sum: f64 = (0..PARTS).map(at).sum::<Option<f64>>()?;
+        Some(sum / f64::from(PARTS))
     }
 
     /// The measurements that are not loaded yet.
@@ -150,7 +155,7 @@ impl FromStr for Draw {
                 return Measurements::parse(prefix, file).map(Self::Measured);
             }
         }
-        if let Some(figures) = text.strip_prefix("lognormal:") {
+        if let Some(figures) = text.strip_prefix(LOGNORMAL) {
             return lognormal(text, figures);
         }
         if let Some((from, to)) = text.split_once("..") {
@@ -221,7 +226,7 @@ impl Measurements {
         self.prefix == IN_ORDER
     }
 
-    /// Returns the same draw with the durations in the file, pinned to their digest.
+    /// Returns the same measurements with the durations in the file, pinned to their digest.
     ///
     /// # Errors
     /// If there are no durations, or they differ from the pinned ones.
@@ -260,12 +265,13 @@ impl Measurements {
     /// The quantile of `u` in 0..1.
     fn at(&self, u: f64) -> Option<Duration> {
         let [_, sorted] = &**self.loaded.as_ref()?;
-        sorted.get((u * sorted.len() as f64) as usize).copied()
+        let index = (u * sorted.len() as f64) as usize;
+        sorted.get(index.min(sorted.len() - 1)).copied()
     }
 }
 
 impl PartialEq for Measurements {
-    /// Whether the names are the same, and the digests that they are pinned to.
+    /// Whether both have the same text: one may be loaded, and the other one not.
     fn eq(&self, other: &Self) -> bool {
         (self.prefix, &self.file, self.pin) == (other.prefix, &other.file, other.pin)
     }

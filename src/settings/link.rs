@@ -15,6 +15,8 @@ struct LinkPart {
     set: fn(&mut Link, &str) -> Result<(), SettingError>,
     /// Its value; `None` for a link without it.
     value: fn(&Link) -> Option<String>,
+    /// Number of commas in a value that begins like this text.
+    commas: fn(&str) -> usize,
 }
 
 /// All of them in order. Another kind of loss or delay is a row here, a field of the link, and what
@@ -24,20 +26,23 @@ static PARTS: [LinkPart; 5] = [
         name: "delay",
         set: |link, value| delay(value).map(|delay| link.delay = delay),
         value: |link| (!link.delay.is_none()).then(|| link.delay.to_string()),
+        commas: Draw::commas,
     },
     LinkPart {
         name: "in-order",
         set: |link, value| {
             link.in_order = value.is_empty();
-            let refused = || SettingError::LinkPart("in-order".to_owned());
+            let refused = || SettingError::LinkPart(format!("in-order:{value}"));
             link.in_order.then_some(()).ok_or_else(refused)
         },
         value: |link| link.in_order.then(String::new),
+        commas: |_| 0,
     },
     LinkPart {
         name: "loss",
         set: |link, value| probability(value).map(|loss| link.loss = loss),
         value: |link| (link.loss > 0.0).then(|| link.loss.to_string()),
+        commas: |_| 0,
     },
     LinkPart {
         name: "burst",
@@ -46,6 +51,7 @@ static PARTS: [LinkPart; 5] = [
             let Burst { start, length } = link.burst?;
             Some(format!("{start},{length}"))
         },
+        commas: |_| 1,
     },
     LinkPart {
         name: "reliable",
@@ -54,6 +60,7 @@ static PARTS: [LinkPart; 5] = [
             Ok(())
         },
         value: |link| Some(millis::to_millis(link.reliable?).to_string()),
+        commas: |_| 0,
     },
 ];
 
@@ -155,9 +162,14 @@ fn burst(value: &str) -> Result<Burst, SettingError> {
     })
 }
 
-/// Splits a list into the first part and the rest. Two kinds of parts contain a comma.
+/// Splits a list into the first part and the rest. The values of some parts have commas.
 fn first_part(list: &str) -> (&str, Option<&str>) {
-    let commas = usize::from(list.starts_with("burst:") || list.starts_with("delay:lognormal:"));
+    let named = list.split_once(':');
+    let known = named.and_then(|(name, value)| {
+        let mut parts = PARTS.iter();
+        Some((parts.find(|part| part.name == name)?.commas)(value))
+    });
+    let commas = known.unwrap_or(0);
     match list.match_indices(',').nth(commas) {
         Some((comma, _)) => (&list[..comma], Some(&list[comma + 1..])),
         None => (list, None),

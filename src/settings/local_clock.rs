@@ -64,7 +64,7 @@ impl FromStr for ClockError {
 impl ClockError {
     /// The first run time at which a clock with this error since run time zero shows `shown` or
     /// more.
-    pub fn shows_first(self, shown: Time) -> Time {
+    pub fn when(self, shown: Time) -> Time {
         LocalClock::new(Time::ZERO, self).when(shown)
     }
 
@@ -132,7 +132,7 @@ impl LocalClock {
 
     /// The earliest reading that is new at run time `now`: the one after the last reading
     /// before `now`.
-    pub fn shows_first(self, now: Time) -> Time {
+    pub fn first_reading_at(self, now: Time) -> Time {
         let nanos = now.as_nanos().into();
         if now > self.since {
             time(self.reading(nanos - 1) + 1)

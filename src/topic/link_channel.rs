@@ -14,7 +14,7 @@ use crate::{
     time::Time,
 };
 
-/// Number of retries after which a message counts as lost.
+/// Number of retries after which a message stays in flight for good.
 const MAX_RETRIES: u64 = 1_000_000;
 
 /// A link with its state.

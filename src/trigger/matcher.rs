@@ -7,10 +7,7 @@ use crate::{settings::matching::Match, time::Time, topic::TakenMessage};
 
 /// Finds the sets among messages that are taken one by one, by the rule of a [`Match`].
 #[derive(Clone, Debug)]
-pub(super) struct Matcher(Rule);
-
-#[derive(Clone, Debug)]
-enum Rule {
+pub(super) enum Matcher {
     /// Of one topic each message is a set.
     Single,
     Stamped(Stamped),
@@ -20,14 +17,14 @@ enum Rule {
 impl Matcher {
     /// A matcher for messages of so many `inputs`, none of which has come.
     pub(super) fn new(matching: Match, inputs: usize) -> Self {
-        Self(match matching {
-            _ if inputs == 1 => Rule::Single,
-            Match::Each => Rule::Stamped(Stamped::new(inputs, None)),
-            Match::Exact { queue } => Rule::Stamped(Stamped::new(inputs, Some(queue.get()))),
+        match matching {
+            _ if inputs == 1 => Self::Single,
+            Match::Each => Self::Stamped(Stamped::new(inputs, None)),
+            Match::Exact { queue } => Self::Stamped(Stamped::new(inputs, Some(queue.get()))),
             Match::Approximate { queue, interval } => {
-                Rule::Approximate(Approximate::new(inputs, queue.get(), interval))
+                Self::Approximate(Approximate::new(inputs, queue.get(), interval))
             }
-        })
+        }
     }
 
     /// Adds a message; puts the sets that it completes into `sets`.
@@ -37,19 +34,19 @@ impl Matcher {
         taken: TakenMessage,
         sets: &mut VecDeque<MessageSet>,
     ) {
-        match &mut self.0 {
-            Rule::Single => sets.push_back(vec![taken.seq]),
-            Rule::Stamped(stamped) => sets.extend(stamped.add(input, taken)),
-            Rule::Approximate(approximate) => approximate.add(input, taken, sets),
+        match self {
+            Self::Single => sets.push_back(vec![taken.seq]),
+            Self::Stamped(stamped) => sets.extend(stamped.add(input, taken)),
+            Self::Approximate(approximate) => approximate.add(input, taken, sets),
         }
     }
 
     /// The first message of an input that may still be needed.
     pub(super) fn needs_from(&self, input: usize) -> Option<u64> {
-        match &self.0 {
-            Rule::Single => None,
-            Rule::Stamped(stamped) => stamped.needs_from(input),
-            Rule::Approximate(approximate) => approximate.needs_from(input),
+        match self {
+            Self::Single => None,
+            Self::Stamped(stamped) => stamped.needs_from(input),
+            Self::Approximate(approximate) => approximate.needs_from(input),
         }
     }
 }
@@ -58,7 +55,7 @@ impl Matcher {
 /// all had one stamp, so that a set is complete with the newest of each topic, as in the fusion
 /// node of the Autoware reference system (`fusion.hpp`, `de8f3bc`).
 #[derive(Clone, Debug)]
-struct Stamped {
+pub(super) struct Stamped {
     inputs: usize,
     /// The most stamps that wait; `None` if all are one.
     queue: Option<usize>,

@@ -45,8 +45,8 @@ pub struct ExecutorKind {
 
 type MakeOrder = fn(&[Callback], usize) -> Box<dyn CallbackOrder>;
 
-/// One of ROS.
-const ROS: ExecutorKind = ExecutorKind {
+/// One thread, as in ROS.
+const SINGLE: ExecutorKind = ExecutorKind {
     name: "single",
     counts: None,
     has_groups: true,
@@ -55,8 +55,8 @@ const ROS: ExecutorKind = ExecutorKind {
     order: Some(|callbacks, threads| Box::new(WindowOrder::new(callbacks, threads))),
 };
 
-/// A preemptive one.
-const PREEMPTIVE: ExecutorKind = ExecutorKind {
+/// Virtual cores, by fixed priorities.
+const FIXED_PRIORITY: ExecutorKind = ExecutorKind {
     name: "fixed-priority",
     counts: Some("CORES"),
     has_groups: false,
@@ -67,29 +67,29 @@ const PREEMPTIVE: ExecutorKind = ExecutorKind {
 
 /// All of them. Another one is a row here, with an order of callbacks in a file of its own.
 static KINDS: [ExecutorKind; 6] = [
-    ROS,
+    SINGLE,
     ExecutorKind {
         name: "multi",
         counts: Some("THREADS"),
-        ..ROS
+        ..SINGLE
     },
     ExecutorKind {
         name: "events",
         order: Some(|_, _| Box::<EventOrder>::default()),
-        ..ROS
+        ..SINGLE
     },
-    PREEMPTIVE,
+    FIXED_PRIORITY,
     ExecutorKind {
         name: "edf",
         has_deadlines: true,
         order: Some(|nodes, cores| Box::new(Preemptive::new(Urgency::Deadline, cores, nodes))),
-        ..PREEMPTIVE
+        ..FIXED_PRIORITY
     },
     ExecutorKind {
         name: "let",
         has_groups: false,
         order: None,
-        ..ROS
+        ..SINGLE
     },
 ];
 

@@ -8,8 +8,8 @@ use crate::{
     node::{Job, JobKind},
     scheduling::{
         agenda::Phase,
-        scheduler::{SchedulerEvent, TaskState, Timetable},
         task::Task,
+        timetable::{SchedulerEvent, TaskState, Timetable},
     },
     time::Time,
 };

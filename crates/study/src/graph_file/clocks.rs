@@ -32,7 +32,7 @@ impl GraphSystem {
 /// A node whose clock shows the due time of the first tick long after the run has begun.
 fn silent(node: &str, error: ClockError, offset: Duration) -> Option<String> {
     let due = Time::ZERO + offset;
-    let first = error.shows_first(due);
+    let first = error.when(due);
     (first > due + LATE).then(|| {
         let late = (first.as_secs_f64() * 10.0).round() / 10.0;
         format!(

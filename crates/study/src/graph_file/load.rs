@@ -77,7 +77,9 @@ impl GraphSystem {
             let load = Load {
                 rate: node.triggers.is_empty().then(|| rate(index)),
                 hz,
-                cost: cost_of(setup, &node.name).mean_of(|took| took.as_secs_f64()),
+                cost: cost_of(setup, &node.name)
+                    .mean_of(|took| took.as_secs_f64())
+                    .unwrap_or_default(),
             };
             (&*node.name, load)
         });

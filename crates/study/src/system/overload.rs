@@ -41,10 +41,10 @@ pub(crate) fn cost_of(setup: &Setup, node: &str) -> Draw {
 pub fn overload(node: &str, hz: Hz, setup: &Setup) -> Option<String> {
     let (cost, period) = (cost_of(setup, node), FULL / hz.get());
     let beyond = |took: Duration| (took.as_secs_f64() / period).ceil() - 1.0;
-    let skipped = cost.mean_of(|took| beyond(took).max(0.0));
+    let skipped = cost.mean_of(|took| beyond(took).max(0.0))?;
     let (mean, late) = (
-        cost.mean_of(|took| took.as_secs_f64()),
-        cost.mean_of(|took| f64::from(beyond(took) > 0.0)),
+        cost.mean_of(|took| took.as_secs_f64())?,
+        cost.mean_of(|took| f64::from(beyond(took) > 0.0))?,
     );
     let why = match mean * hz.get() {
         share if share > FULL => format!(

@@ -1,4 +1,4 @@
-//! When, and in which order, nodes run.
+//! What schedulers hear of, and what they can ask for.
 
 use std::time::Duration;
 
