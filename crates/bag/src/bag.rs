@@ -6,7 +6,7 @@ use std::{collections::HashMap, fmt};
 pub const NO_STAMP: i64 = i64::MIN;
 
 /// The most messages that are kept, which bounds the memory.
-pub const MOST_MESSAGES: usize = 6_000_000;
+pub const MOST_MESSAGES: usize = 5_000_000;
 
 /// The most topics that are kept.
 pub const MOST_TOPICS: usize = 10_000;

@@ -281,6 +281,36 @@ fn no_altered_bag_is_more_than_a_damaged_one() {
 }
 
 #[test]
+fn times_that_cannot_be_break_nothing() {
+    const STRANGE: [u64; 8] = [
+        0,
+        1,
+        (1 << 61) - 1,
+        1 << 61,
+        1 << 62,
+        u64::MAX >> 1,
+        u64::MAX,
+        BEGIN,
+    ];
+    let folder = Folder::new();
+    for round in 0..30_usize {
+        let mut rows = "topic,log_ns,publish_ns,stamp_ns\n".to_owned();
+        for message in 0..300_usize {
+            let time = BEGIN + message as u64 * MS;
+            // One, two or all three of the times are strange.
+            let [log, publish, stamp] = [0, 1, 2].map(|column| {
+                let strange = STRANGE[(message * (7 + column) + round) % STRANGE.len()];
+                if column <= round % 3 { strange } else { time }
+            });
+            rows += &format!("/{},{log},{publish},{stamp}\n", message % 3);
+        }
+        if let Ok(bag) = bag(&folder.put("a.csv", rows)) {
+            Analysis::new(&bag);
+        }
+    }
+}
+
+#[test]
 fn messages_that_the_recorder_lost_are_counted_by_their_numbers() {
     let mut file_events = events();
     let numbered = bag_of(&mcap(small_chunks(None), &file_events, 1)).expect("a bag");

@@ -6,8 +6,12 @@ use std::{
 };
 
 use ratelab_bag::{Analysis, Bag, BagError, NamedEdge};
+use ratelab_study::graph_file::GraphFile;
 
-use super::{GraphOfBag, graph, sheet::number};
+use super::{
+    GraphOfBag, graph,
+    sheet::{node_name, number},
+};
 use crate::{
     bag_file,
     error::Error,
@@ -26,11 +30,22 @@ pub fn write(path: &Path, from: &Path, edges: &[String]) -> Result<(), Error> {
     let bag = bag_file::read(from)?;
     let analysis = Analysis::with_edges(&bag, &edges_of(&bag, edges)?);
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    let graph = graph(&bag, &analysis, &name, &folder.to_string_lossy());
+    let graph = graph(
+        &bag,
+        &analysis,
+        &node_name(&name),
+        &folder.to_string_lossy(),
+    );
     if !graph.text.contains("\n[node.") {
         let why = "no node can be made of this bag: its topics need header stamps and a rate";
         return Err(Error::BadInput(format!("--from {}: {why}", from.display())));
     }
+    GraphFile::parse(&graph.text).map_err(|why| {
+        let from = from.display();
+        Error::BadInput(format!(
+            "--from {from}: no graph file can be made of this bag: {why}"
+        ))
+    })?;
     write_all(path, &folder, &knobs, &graph)?;
     print_line(&said(path, &knobs, &graph))?;
     bag_file::if_damaged(&bag)

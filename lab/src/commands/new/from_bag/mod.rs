@@ -30,7 +30,6 @@ pub struct GraphOfBag {
 
 /// The graph of a bag, as it is written.
 struct Draft<'a> {
-    bag: &'a Bag,
     analysis: &'a Analysis,
     /// The event time that is 0 in the file (ns).
     zero: i64,
@@ -38,6 +37,8 @@ struct Draft<'a> {
     sheet: GraphSheet,
     /// The nodes that are written, by topic.
     written: Vec<usize>,
+    /// The names of topics in the file, and of the nodes after them.
+    names: Vec<(String, String)>,
 }
 
 /// Writes the graph of `bag`, whose name is `name`, with its tables in the folder `data`.
@@ -55,11 +56,11 @@ pub fn graph(bag: &Bag, analysis: &Analysis, name: &str, data: &str) -> GraphOfB
     });
     let zero = begins.min().unwrap_or(0).saturating_sub(1_000_000_000);
     let mut draft = Draft {
-        bag,
         analysis,
         zero,
         sheet: GraphSheet::new(name, data),
         written: Vec::new(),
+        names: sheet::names(bag.topics.iter().map(|topic| topic.name.as_str())),
     };
     draft.sheet.line(&format!(
         "# from a bag of {} messages in {:.1} s; costs and lateness as measured, in {data}/",
@@ -104,12 +105,12 @@ impl Draft<'_> {
 
     /// The name of a topic in quotes.
     fn quoted(&self, topic: usize) -> String {
-        sheet::quoted(&self.bag.topics[topic].name)
+        sheet::quoted(&self.names[topic].0)
     }
 
     /// The name of the node that publishes a topic: that of the topic.
     fn name(&self, topic: usize) -> String {
-        sheet::node_name(&self.bag.topics[topic].name)
+        self.names[topic].1.clone()
     }
 
     /// The readers of a topic.

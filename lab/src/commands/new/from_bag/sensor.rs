@@ -4,11 +4,14 @@ use ratelab_bag::BagNode;
 
 use super::{
     Draft, FEWEST,
-    sheet::{nine_digits, node_name, number, source_of},
+    sheet::{nine_digits, number, source_of},
 };
 
 /// The most silences that are written as a crash and a restart.
 const MOST_SILENCES: usize = 50;
+
+/// Nodes from which on those that nobody reads are left out: a graph file has 200 parts.
+const MANY: usize = 40;
 
 /// Periods without data that are a silence.
 const SILENCE: f64 = 3.0;
@@ -121,6 +124,13 @@ impl Draft<'_> {
         let grid = period.and_then(|period| TickGrid::new(&begins, period));
         let sharpness = node.period.map_or(0.0, |period| period.sharpness);
         let is_read = self.readers(node.topic).next().is_some();
+        if !is_read && self.analysis.nodes.len() > MANY {
+            let name = self.quoted(node.topic);
+            self.sheet.line(&format!(
+                "\n# left out: nobody reads {name}, and a graph has 200 parts"
+            ));
+            return false;
+        }
         if !is_read && (grid.is_none() || data.len() < FEWEST || sharpness < 0.5) {
             let name = self.quoted(node.topic);
             self.sheet.line(&format!(
@@ -218,8 +228,7 @@ impl Draft<'_> {
         self.sheet.line(&format!("trigger = [\"{topic}\"]"));
         let published = self.published(node.topic);
         self.sheet.line(&published);
-        self.sheet
-            .add_source(&node_name(&self.bag.topics[node.topic].name));
+        self.sheet.add_source(&name);
     }
 }
 

@@ -1,6 +1,6 @@
 //! The text of a graph file, with the tables that it names.
 
-use std::fmt::Write;
+use std::{collections::BTreeSet, fmt::Write};
 
 use super::GraphOfBag;
 
@@ -11,6 +11,9 @@ pub struct ValueTable {
     /// Its content.
     pub text: String,
 }
+
+/// The longest name of a node, which is part of the name of a file.
+const LONGEST_NAME: usize = 100;
 
 /// What is written of a graph.
 pub struct GraphSheet {
@@ -121,17 +124,81 @@ pub fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
+/// The names that topics have in a graph file, and of the nodes after them: each another one.
+pub fn names<'a>(topics: impl Iterator<Item = &'a str>) -> Vec<(String, String)> {
+    let mut taken = BTreeSet::new();
+    let names = topics.map(|topic| {
+        let node = node_name(topic);
+        let others = (2..).map(|number| format!("{node}_{number}"));
+        let mut candidates = std::iter::once(node.clone()).chain(others);
+        let own = candidates
+            .find(|name| taken.insert(name.clone()))
+            .unwrap_or_default();
+        let is_plain = |c: char| is_of_node(c) || c == '/';
+        if own == node && topic.starts_with('/') && topic.chars().all(is_plain) {
+            return (topic.to_owned(), own);
+        }
+        (format!("/{own}"), own)
+    });
+    names.collect()
+}
+
+fn is_of_node(c: char) -> bool {
+    c.is_ascii_alphanumeric() || c == '_' || c == '-'
+}
+
 /// The name of a node after a topic.
 pub fn node_name(topic: &str) -> String {
     let name = topic.strip_prefix('/').unwrap_or(topic);
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    let name: String = name
-        .chars()
-        .map(|c| if is_plain(c) { c } else { '_' })
-        .collect();
+    let plain = |c: char| if is_of_node(c) { c } else { '_' };
+    let name: String = name.chars().take(LONGEST_NAME).map(plain).collect();
     if name.is_empty() {
         "_".to_owned()
     } else {
         name
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_as_short_as_they_can_be() {
+        for (value, expected) in [
+            (10.0, "10"),
+            (0.5, "0.5"),
+            (-1e-9, "0"),
+            (1.0 / 3.0, "0.333333"),
+        ] {
+            assert_eq!(number(value), expected);
+        }
+        assert_eq!(nine_digits(29.999_999_4), "29.999999");
+        assert_eq!(nine_digits(12.5), "12.5");
+    }
+
+    #[test]
+    fn values_that_are_nearly_one_are_their_mean_and_others_a_table() {
+        let mut sheet = GraphSheet::new("robot", "robot.data");
+        assert_eq!(
+            sheet.values("a", "takes", &[5.0, 5.01]).as_deref(),
+            Some("5.005")
+        );
+        assert_eq!(sheet.values("a", "wakes", &[0.0, 0.0]), None);
+        let table = sheet.values("a", "takes", &[5.0, 6.5]);
+        assert_eq!(table.as_deref(), Some("\"file:robot.data/a.takes.csv\""));
+        let tables = sheet.finish(1.0).tables;
+        assert_eq!(tables[0].text, "takes_ms\n5\n6.5\n");
+    }
+
+    #[test]
+    fn nodes_have_the_names_of_their_topics_in_plain_letters() {
+        let found = names(["/a/b", "/a_b", "c d"].into_iter());
+        let of = |topic: &str, node: &str| (topic.to_owned(), node.to_owned());
+        let expected = [of("/a/b", "a_b"), of("/a_b_2", "a_b_2"), of("/c_d", "c_d")];
+        assert_eq!(found, expected);
+        assert_eq!(node_name("/cam/image_raw"), "cam_image_raw");
+        assert_eq!(node_name("/"), "_");
+        assert_eq!(quoted("a\"b"), "\"a\\\"b\"");
     }
 }
