@@ -19,7 +19,7 @@ pub struct Arrival {
     pub at: Time,
     /// Index of the node.
     pub node: usize,
-    /// Number of the topic among those that trigger the node.
+    /// Number of the topic in the list of topics that trigger the node.
     pub input: usize,
 }
 
@@ -40,7 +40,7 @@ pub(crate) struct Arrivals {
 #[derive(Default)]
 struct ArrivalList {
     arrivals: Vec<Arrival>,
-    /// Has them at once, while it is there.
+    /// If set, receives arrivals at once.
     wake: Option<Arc<dyn Wake>>,
 }
 
@@ -57,7 +57,7 @@ impl Arrivals {
         }
     }
 
-    /// Has `wake` get all from now on, in place of the list.
+    /// Forwards all arrivals to `wake` from now on, in place of the list.
     pub(crate) fn forward_to(&self, wake: Option<Arc<dyn Wake>>) {
         lock(&self.list).wake = wake;
     }

@@ -16,7 +16,7 @@
 //!
 //! | | the real clock, of `crates/real-clock` | [`VirtualClock`] |
 //! |---|---|---|
-//! | threads | one per node, or those of an executor | one for all |
+//! | threads | one per node or executor | one for all |
 //! | time | wall time | the schedule's own |
 //! | order of nodes due together | up to the operating system | by priority, or as their executor has it |
 //! | late ticks | measured; missed periods skipped and counted | only where configured |
@@ -26,11 +26,11 @@
 //! A running graph is changed by [`Command`]s alone, and seen by its records: whatever is measured
 //! or copied of a run, a [`Sink`] makes of them.
 //!
-//! This crate knows no robot, terminal, file or network: those stand on it.
+//! This crate knows no robot, terminal, file or network: other crates add them.
 //!
 //! # To read it
 //!
-//! From the ground up, where each imports only those before it: `time`, `qos`, `millis`, `alternatives`, `sync`; `rate`,
+//! From the ground up, where each imports only earlier ones: `time`, `qos`, `millis`, `alternatives`, `sync`; `rate`,
 //! `record`, `arrival`; `journal`, `shared`; `settings`; `control`; `topic`; `trigger`; `node`;
 //! `scheduling`; `graph`; `clock`.
 //!

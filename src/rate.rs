@@ -49,7 +49,7 @@ impl Rate {
     pub fn new(hz: Hz, first: Time) -> Self {
         Self {
             hz,
-            period: Period::of(hz),
+            period: Period::new(hz),
             anchor: first,
             next: 0,
             due: first,
@@ -110,7 +110,7 @@ impl Rate {
     /// at the earliest.
     pub(crate) fn set_hz_while_busy(&mut self, hz: Hz, now: Time, free: Time) {
         self.hz = hz;
-        self.period = Period::of(hz);
+        self.period = Period::new(hz);
         self.anchor = self.last.unwrap_or(self.anchor);
         let earliest = u64::from(self.last.is_some()).max(self.first);
         let next = self.first_at_or_after(now).max(earliest);
@@ -156,7 +156,7 @@ impl Period {
     /// Nanoseconds in a second times microhertz in a hertz.
     const NANOS_TIMES_MICRO: u64 = 1_000_000_000_000_000;
 
-    fn of(hz: Hz) -> Self {
+    fn new(hz: Hz) -> Self {
         let divisor = greatest_common_divisor(Self::NANOS_TIMES_MICRO, hz.as_micro());
         Self {
             numerator: Self::NANOS_TIMES_MICRO / divisor,

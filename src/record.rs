@@ -1,8 +1,8 @@
-//! What happens in a run, one record after the other, for those who look on.
+//! The records of a run, one after the other, for observers.
 //!
-//! A graph counts the messages of its topics and what readers lost of them. All else that there is
-//! to count, to measure or to copy is up to the [`Sink`] that gets the records, if there is one.
-//! Those of a topic come in the order of its operations, those of a node in the order of its ticks.
+//! A graph counts the messages of its topics and what readers lost of them. Other figures and copies
+//! are left to the [`Sink`] that gets the records. Records of a topic come in the order of its
+//! operations, records of a node in the order of its ticks.
 
 use std::{
     any::Any,
@@ -47,7 +47,7 @@ pub enum NodeRecord {
     Restarted,
     /// It has measured a duration.
     Measured {
-        /// The measurement, by its place among those of the node.
+        /// The measurement, by its place in the list of the node.
         meter: usize,
         /// The duration.
         sample: Duration,
@@ -75,7 +75,7 @@ pub enum TopicRecord<'a> {
     },
     /// A message was evicted before a reader had seen it.
     Dropped {
-        /// The reader, by its place among those of the topic; `None` for one outside of the
+        /// The reader, by its place at the topic; `None` for a reader outside of the
         /// graph.
         reader: Option<usize>,
         /// Run time.
@@ -83,14 +83,14 @@ pub enum TopicRecord<'a> {
     },
     /// A match has discarded messages that a reader had taken.
     Unmatched {
-        /// The reader, by its place among those of the topic.
+        /// The reader, by its place at the topic.
         reader: usize,
         /// Number of the messages.
         count: u64,
     },
     /// A node has read a message.
     Read {
-        /// The reader, by its place among those of the topic.
+        /// The reader, by its place at the topic.
         reader: usize,
         /// Number of the tick in which it read, counted from zero.
         tick: u64,
@@ -103,7 +103,7 @@ pub enum TopicRecord<'a> {
     },
     /// A match has chosen a message for the next tick of a reader.
     Matched {
-        /// The reader, by its place among those of the topic.
+        /// The reader, by its place at the topic.
         reader: usize,
         /// Sequence number of the message.
         seq: u64,
@@ -201,8 +201,8 @@ pub struct Push {
     pub sensed: Time,
 }
 
-/// Sends the records of a node or a topic to the sink of its graph. What it waits for is no part of a
-/// model of threads: so these locks are those of `std`.
+/// Sends the records of a node or a topic to the sink of its graph. What the sender waits for is not a
+/// part of a model of threads, so its locks are the locks of `std`.
 #[derive(Clone, Default)]
 pub(crate) struct RecordSender {
     sink: Arc<OnceLock<Arc<dyn Sink>>>,
@@ -211,8 +211,8 @@ pub(crate) struct RecordSender {
 }
 
 impl RecordSender {
-    /// That of node or topic number `index`.
-    pub(crate) fn of(&self, index: usize) -> Self {
+    /// The sender of node or topic number `index`.
+    pub(crate) fn for_index(&self, index: usize) -> Self {
         let sink = self.sink.clone();
         Self { sink, index }
     }
@@ -259,7 +259,7 @@ impl fmt::Debug for RecordSender {
 #[derive(Debug)]
 pub struct MeterRecorder {
     pub(crate) records: RecordSender,
-    /// Number of the measurement, among those of the node.
+    /// Number of the measurement, in the list of the node.
     pub(crate) meter: usize,
 }
 

@@ -19,7 +19,7 @@ const LOOK: Duration = Duration::from_millis(20);
 /// their topics: a plant, a map. Under the real clock the log of the run has the turns, so
 /// the run can be executed again; a plain mutex would be in another order then.
 ///
-/// Its name must differ from those of all other shared values and topics of the graph.
+/// Its name must differ from the names of all other shared values and topics of the graph.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -107,8 +107,7 @@ impl<T> Shared<T> {
         turn
     }
 
-    /// Locks the value without a turn, at any time: for those that only look on, such as observers
-    /// and taps, and for what follows from the turns of others.
+    /// Locks the value without a turn, at any time: for observers and taps, and for what follows from the turns of others.
     #[inline]
     pub fn peek(&self) -> SharedGuard<'_, T> {
         SharedGuard {
@@ -129,7 +128,7 @@ impl<T> Shared<T> {
 
     #[inline]
     fn lock_name(&self) -> LockName {
-        *self.lock_name.get_or_init(|| LockName::of(&self.name))
+        *self.lock_name.get_or_init(|| LockName::new(&self.name))
     }
 
     /// Locks the value as [`Self::peek`] does. A thread that the rerun holds within this lock is let

@@ -1,4 +1,4 @@
-//! The concurrency primitives of this crate and those that stand on it, in one place.
+//! The concurrency primitives of this crate and of the crates that use it, in one place.
 //!
 //! What threads wait for goes through these names, so that the feature `model`
 //! can replace the operating system by the shuttle model checker, which tries
@@ -36,7 +36,7 @@ pub fn get_mut<T>(mutex: &mut Mutex<T>) -> &mut T {
         .unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// Waits for `condvar` while the `guard` of this `mutex` is open, at most so long. The model's
+/// Waits on `condvar` for at most `timeout`. The model's
 /// condition variables have no time-out, but its wall clock advances with every read: there a wait
 /// of up to an hour ends at once, for its caller to look at that clock.
 pub fn wait_timeout<'m, T>(

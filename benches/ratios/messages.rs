@@ -59,7 +59,7 @@ fn message(number: u64) -> Message<Observation> {
         arrives: Some(at),
         dropped: 0,
     };
-    Message::of(&head, observation(number))
+    Message::from_head(&head, observation(number))
 }
 
 /// Time per call of `step` over one round.

@@ -11,25 +11,25 @@ use crate::{
 /// Where the nodes of an executor take turns by priority.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CoreClaim {
-    /// Number of the executor, among those with cores.
+    /// Number of the executor, of all executors with cores.
     pub executor: usize,
     /// Number of its cores.
     pub cores: usize,
-    /// Place of the node's priority among those of the executor, the highest first.
+    /// Place of the node's priority within the executor, the highest first.
     pub rank: usize,
 }
 
 /// A task set with a schedule of its own.
 pub(crate) struct SharedSchedule<'g> {
     schedule: Shared<Schedule>,
-    /// Those of all nodes of the graph.
+    /// The slots of all nodes of the graph.
     pub(crate) slots: &'g [Mutex<NodeSlot>],
     pub(crate) state: Arc<RunState>,
     /// Index of the node that was registered first.
     pub(crate) first: usize,
     /// Number of threads; none if all nodes run in other processes.
     pub(crate) threads: usize,
-    /// The cores that its thread shares with those of other nodes.
+    /// The cores that its thread shares with the threads of other nodes.
     pub(crate) claim: Option<CoreClaim>,
 }
 

@@ -45,7 +45,7 @@ pub struct ThreadGroup<'c> {
     pub name: Arc<str>,
     /// The indices of its nodes that run here.
     pub nodes: Vec<usize>,
-    /// The cores that its one thread shares with those of other nodes.
+    /// The cores that its one thread shares with the threads of other nodes.
     pub claim: Option<CoreClaim>,
     /// Its threads, each with the index of the node that it is numbered by.
     pub workers: Vec<(usize, Worker<'c>)>,
@@ -79,7 +79,7 @@ impl Graph {
 }
 
 impl TaskSets<'_> {
-    /// A task set, or those of its nodes if each has a thread of its own, with what these claim.
+    /// A task set, or one for each node if each has a thread of its own, with the claims.
     fn split(&mut self, task_set: TaskSet) -> Vec<(TaskSet, Option<CoreClaim>)> {
         let threads = task_set.threads();
         let (Some(team), Some(Threads::Cores(cores))) = (task_set.team.clone(), threads) else {
@@ -101,7 +101,7 @@ impl TaskSets<'_> {
         task_set.split(&team).into_iter().zip(claims).collect()
     }
 
-    /// Has `wake` get the arrivals of messages, those of all that is in flight first.
+    /// Forwards the arrivals of messages to `wake`, first of all messages in flight.
     pub fn wake_by(&self, wake: Arc<dyn Wake>) {
         self.arrivals.forward_to(Some(wake.clone()));
         let in_flight = self.in_flight.iter().copied();

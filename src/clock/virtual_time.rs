@@ -58,7 +58,7 @@ impl Clock for VirtualClock {
 }
 
 impl Graph {
-    /// Has all task sets begin at run time `now`.
+    /// Begins all task sets at run time `now`.
     fn open(&mut self, now: Time) {
         let arrivals = if self.schedule.is_behind() {
             self.in_flight(now)
@@ -287,7 +287,7 @@ impl<'a> VirtualStretch<'a> {
         Ok(None)
     }
 
-    /// Has a node do its work.
+    /// Does the work of a node.
     #[inline]
     fn work(&mut self, work: Assignment, now: Time) -> Result<Flow, Fault> {
         let Graph {

@@ -68,15 +68,13 @@ impl<'c> Worker<'c> {
         }
     }
 
-    /// Finds the end of the running tick at run time `at`, if there is one: it has had its time on
-    /// a core. Returns the index of its node.
+    /// Finds the end of the running tick at run time `at`: the tick has had its time on a core. Returns the index of its node.
     pub fn find_end(&mut self, at: Time) -> Option<usize> {
         self.found = self.schedule.peek().end_job(self.schedule.first, at);
         self.found.map(|work| work.node)
     }
 
-    /// Has the node do the work that was found, which begins at run time `at`; returns what it
-    /// was.
+    /// Begins the work that was found, at run time `at`; returns its kind.
     pub fn begin(&mut self, at: Time) -> Option<JobKind> {
         let work = self.found.take()?;
         self.schedule.state.advance_to(at);
@@ -107,7 +105,7 @@ impl<'c> Worker<'c> {
 
 /// Commands for its nodes.
 impl Worker<'_> {
-    /// Has a node of the task set carry out its command at run time `at`; returns the position of
+    /// Carries out the command of a node of the task set at run time `at`; returns the position of
     /// the event, or `None` if the node is not in the task set.
     pub fn obey(&mut self, command: &Command, at: Time) -> Option<usize> {
         let knob = command.knob_of_node()?;

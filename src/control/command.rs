@@ -1,4 +1,4 @@
-//! How those outside change a running graph.
+//! Commands that change a running graph.
 
 use std::fmt;
 

@@ -32,8 +32,7 @@ pub struct Inbox {
     interrupt: Option<Interrupt>,
 }
 
-/// A request to stop, for any number of runs under the virtual clock: those that go on, and
-/// those that begin later. Clones are handles to the same request.
+/// A request to stop, for any number of runs under the virtual clock, now and later. Clones are handles to the same request.
 #[derive(Clone, Debug, Default)]
 pub struct Interrupt(Arc<AtomicBool>);
 
@@ -98,7 +97,7 @@ impl Inbox {
         self.timed.make_contiguous().sort_by_key(|timed| timed.at);
     }
 
-    /// Has `interrupt` stop the run, between two instants of virtual time that nothing paces.
+    /// Lets `interrupt` stop the run, between two instants of unpaced virtual time.
     pub fn stop_on(&mut self, interrupt: &Interrupt) {
         self.interrupt = Some(interrupt.clone());
     }

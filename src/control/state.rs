@@ -59,7 +59,7 @@ pub struct RunState {
     journal: OnceLock<Arc<dyn Journal>>,
     /// The moment of run time zero, while a real clock runs the graph.
     zero: Mutex<Option<Instant>>,
-    /// Whether run time may wait for those who look on.
+    /// Whether run time may wait for observers.
     waits: AtomicBool,
 }
 
@@ -112,8 +112,7 @@ impl RunState {
         *lock(&self.zero) = zero;
     }
 
-    /// Whether run time may wait for those who look on: wall time must not, but virtual time
-    /// may.
+    /// Whether run time may wait for observers: wall time must not, but virtual time may.
     pub fn waits(&self) -> bool {
         self.waits.load(Ordering::Relaxed)
     }

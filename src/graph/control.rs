@@ -162,7 +162,9 @@ impl ControlPlane {
             }
         }
         for topic in new {
-            topic.topic.set_records(self.records.of(self.topics.len()));
+            topic
+                .topic
+                .set_records(self.records.for_index(self.topics.len()));
             self.topics.push(topic);
         }
         for topic in publishes {

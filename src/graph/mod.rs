@@ -218,7 +218,7 @@ impl Graph {
             return Err(GraphError::DuplicateNode(new.name.to_owned()));
         }
         let index = self.slots.len();
-        let records = self.control.records.of(index);
+        let records = self.control.records.for_index(index);
         let mut wiring = Wiring::new(&self.control.topics, &self.arrivals, records);
         let node = Box::new(build(&mut wiring));
         let Wiring {
@@ -302,8 +302,8 @@ impl Graph {
         self.control.state.now()
     }
 
-    /// Sets the clock that runs the graph from now on. Virtual time waits for those
-    /// who look on.
+    /// Sets the clock that runs the graph from now on. Virtual time waits for
+    /// observers.
     pub fn set_clock(&mut self, clock: ClockKind) {
         self.control.update(|status| status.clock = clock);
         self.control.state.set_waits(clock == ClockKind::Virtual);

@@ -74,13 +74,13 @@ impl Topology {
         self.topics.iter().position(|topic| topic.name == name)
     }
 
-    /// The rate in force of each node, of which those with a timer have their `own`; see
+    /// The rate in force of each node, a node with a timer has its `own`; see
     /// [`ticks_per_second`](Self::ticks_per_second).
     pub fn rates(&self, own: impl Fn(usize) -> Hz) -> Vec<Hz> {
         self.micro_rates(own).map(Hz::from_micro).collect()
     }
 
-    /// The ticks per second of each node, of which those with a timer have their `own`. For a node
+    /// The ticks per second of each node, a node with a timer has its `own`. For a node
     /// that messages trigger it is that of the messages: of all publishers of a topic together,
     /// and of several topics the slowest. They may be more than one node's rate can be.
     pub fn ticks_per_second(&self, own: impl Fn(usize) -> Hz) -> Vec<f64> {
@@ -100,7 +100,7 @@ impl Topology {
         known.into_iter().map(Option::unwrap_or_default)
     }
 
-    /// Finds the rate of a node, after those of all nodes before it in chains of triggers.
+    /// Finds the rate of a node, after the rates of all nodes before it in chains of triggers.
     fn find_rate(&self, node: usize, known: &mut [Option<u64>]) {
         let mut path = vec![node];
         while let Some(&node) = path.last() {

@@ -22,13 +22,13 @@ pub(super) fn check(
 }
 
 impl ControlPlane {
-    /// The way from the topics that a new node publishes to those that trigger it, through
+    /// The way from the topics that a new node publishes to the topics that trigger it, through
     /// nodes that messages trigger.
     fn circle(&self, name: &str, triggers: &[usize], publishes: &[usize]) -> Option<String> {
         // Each topic to look at, with the node that led there.
         let mut ways: Vec<(usize, Option<usize>)> =
             publishes.iter().map(|topic| (*topic, None)).collect();
-        // For each node that was reached, the one before it, if there is one.
+        // For each node that was reached, the node before it.
         let mut led: Vec<Option<Option<usize>>> = vec![None; self.nodes.len()];
         while let Some((topic, from)) = ways.pop() {
             if triggers.contains(&topic) {

@@ -37,10 +37,10 @@ use crate::{
 pub struct Wiring<'g> {
     /// The topics of the graph.
     known: &'g [WiredTopic],
-    /// Those that are new with this node.
+    /// The topics that are new with this node.
     pub(super) new: Vec<WiredTopic>,
     /// The topics that the node publishes to and reads from, in the order in which it took their
-    /// ends, and those that trigger it; all by their indices.
+    /// ends, and the topics that trigger it; all by their indices.
     pub(super) publishes: Vec<usize>,
     pub(super) reads: Vec<usize>,
     pub(super) triggers: Vec<usize>,
@@ -165,7 +165,7 @@ impl<'g> Wiring<'g> {
         MeterRecorder { records, meter }
     }
 
-    /// Has the node know how long its last tick took.
+    /// Tells the node how long its last tick took.
     pub fn last_tick(&mut self) -> LastTick {
         let known = self.ends.last_tick.get_or_insert_with(LastTick::new);
         known.clone()

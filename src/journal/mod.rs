@@ -1,6 +1,6 @@
 //! What the threads of a real clock did, for another execution of the run.
 //!
-//! A graph keeps none of it: it hands each entry to its [`Journal`], if it has one.
+//! A graph keeps none of it: it hands each entry to its [`Journal`].
 
 pub(crate) mod turns;
 
@@ -83,7 +83,7 @@ pub enum Entry {
 pub struct AfterEnd {
     /// The end of the run.
     pub until: Time,
-    /// Whether executors choose nothing more: only those nodes tick that were due before.
+    /// Whether executors choose nothing more: only nodes tick that were due before.
     pub over: bool,
 }
 
@@ -127,7 +127,7 @@ pub enum End {
 }
 
 impl Entry {
-    /// Run time of the entry, of those that have one.
+    /// Run time of the entry; `None` for an entry without a time.
     pub fn at(&self) -> Option<Time> {
         match self {
             Self::Look { at, .. }
@@ -168,7 +168,7 @@ impl Entries {
         }
     }
 
-    /// Has the calling thread note its turns for this journal, while the result lives.
+    /// Notes the turns of the calling thread for this journal, while the result lives.
     pub fn noter(&self) -> Option<Noter> {
         self.0.as_ref().map(|_| Noter::new())
     }

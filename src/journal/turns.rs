@@ -25,7 +25,7 @@ static NAMES: LazyLock<Mutex<Vec<Arc<str>>>> = LazyLock::new(Mutex::default);
 
 impl LockName {
     /// The number of `name`.
-    pub fn of(name: &str) -> Self {
+    pub fn new(name: &str) -> Self {
         let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
         let known = names.iter().position(|known| &**known == name);
         let index = known.unwrap_or_else(|| {
@@ -136,7 +136,7 @@ pub struct Following {
 }
 
 impl Following {
-    /// Has the calling thread keep to the turns of `follower`.
+    /// Keeps the calling thread to the turns of `follower`.
     pub fn new(follower: Rc<dyn TurnFollower>) -> Self {
         FOLLOWER.with(|this| this.replace(Some(follower)));
         Self {

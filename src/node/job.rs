@@ -68,7 +68,7 @@ pub(crate) struct WorkTimes {
     /// Run time of its begin and its end.
     pub(crate) began: Time,
     pub(crate) ended: Time,
-    /// Ticks due before this are missed: those of its periods that passed meanwhile.
+    /// Ticks due before this are missed: their periods passed meanwhile.
     pub(crate) missed_before: Time,
     /// Its duration, if that was measured.
     pub(crate) took: Option<Duration>,

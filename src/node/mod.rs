@@ -143,7 +143,7 @@ pub trait Node: Send {
     }
 
     /// Resets the node to its state when it was built, as a restart of a program does.
-    /// Called only for a node that is no [restartable one](crate::Graph::restartable_node).
+    /// Called only for a node that is not a [restartable one](crate::Graph::restartable_node).
     ///
     /// # Errors
     /// The reason if the node cannot restart. The default refuses, because the initial

@@ -25,7 +25,7 @@ use crate::{
 /// A node with what it has of the graph.
 pub(crate) struct NodeSlot {
     node: Box<dyn Node>,
-    /// The function that builds it again, if there is one.
+    /// The function that builds it again; `None` for a node that is built once.
     pub(crate) again: Option<Rebuild>,
     /// The panic while the node obeyed, if there was one.
     panicked: Option<Panicked>,
@@ -96,7 +96,7 @@ impl NodeSlot {
             node,
             again: None,
             panicked: None,
-            tick: Tick::of_node(ends.records.clone(), ends.clock.clone(), is_reader),
+            tick: Tick::for_node(ends.records.clone(), ends.clock.clone(), is_reader),
             ends,
             fixed,
             running: None,
@@ -262,7 +262,7 @@ impl NodeSlot {
             .unwrap_or_else(|panicked| Err(panicked.into()))
     }
 
-    /// Has the node obey. After a panic its state may be inconsistent, so its next tick
+    /// Lets the node obey. After a panic its state may be inconsistent, so its next tick
     /// fails.
     pub(crate) fn ask(
         &mut self,

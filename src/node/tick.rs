@@ -92,7 +92,7 @@ impl Tick {
     }
 
     /// For the ticks of a node of a graph, one after the other.
-    pub(crate) fn of_node(records: RecordSender, clock: Arc<StampClock>, reads: bool) -> Self {
+    pub(crate) fn for_node(records: RecordSender, clock: Arc<StampClock>, reads: bool) -> Self {
         let node = records.index();
         Self {
             source: SourceRank::new(node, reads),
@@ -324,7 +324,7 @@ impl Tick {
     /// read anything.
     ///
     /// The action counts from the end of the tick, wherever this is called: so its age has all that
-    /// the tick [takes](crate::Knob::Takes). The node's own work under the real clock is no part of it:
+    /// the tick [takes](crate::Knob::Takes). The node's own work under the real clock is not a part of it:
     /// a tick without such a cost is over as it begins.
     pub fn act(&mut self) {
         self.do_at_end(Effect::ByReads);

@@ -33,7 +33,7 @@ pub(super) struct AgendaItem {
     order: u64,
     /// Index of the node.
     pub(super) node: u32,
-    /// Number of the topic that a message arrives on, among those that trigger the node.
+    /// Number of the topic that a message arrives on, in the list of topics that trigger the node.
     pub(super) input: u32,
 }
 
@@ -74,9 +74,9 @@ impl InstantKey {
 /// put in order when that comes.
 #[derive(Debug, Default)]
 pub(super) struct Agenda {
-    /// The events of the last instant that came, in order, and those added for it since.
+    /// The events of the last instant that came, in order, with events added for it since.
     batch: Vec<AgendaItem>,
-    /// Number of those that are over.
+    /// Number of events that are over.
     done: usize,
     /// That instant.
     opened: Time,

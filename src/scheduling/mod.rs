@@ -2,7 +2,7 @@
 //!
 //! | | is |
 //! |---|---|
-//! | task set | nodes with one scheduler: those of an executor, or one on its own |
+//! | task set | nodes with one scheduler: the nodes of an executor, or one node on its own |
 //! | member | a node of a task set, by its number there |
 //! | scheduler | decides when its members run; hears of events, answers with jobs |
 //! | timetable | what a scheduler can ask for at an instant: alarms, a choice, records |

@@ -110,7 +110,7 @@ impl Schedule {
         self.task_sets[task_set].scheduler.state(member, now)
     }
 
-    /// The end of the running tick of a node, if there is one.
+    /// The end of the running tick of a node; `None` if it is in none.
     pub(crate) fn end_job(&self, node: usize, now: Time) -> Option<Assignment> {
         self.state(node, now).remaining?;
         let job = Job::new(self.place(node).1, JobKind::End);
@@ -151,14 +151,14 @@ impl Schedule {
         self.is_behind
     }
 
-    /// Has the task sets begin at run time `now`, with what arrives from then on.
+    /// Begins the task sets at run time `now`, with what arrives from then on.
     pub(crate) fn open(&mut self, now: Time, arrivals: impl IntoIterator<Item = Arrival>) {
         let anew = take(&mut self.is_behind);
         self.plan(arrivals);
         self.send_all(SchedulerEvent::Opened { anew }, now);
     }
 
-    /// Has the task sets end, at run time `now`: ticks due before `missed_before` are missed.
+    /// Ends the task sets at run time `now`: ticks due before `missed_before` are missed.
     pub(crate) fn close(&mut self, missed_before: Time, now: Time) {
         self.send_all(SchedulerEvent::Closed { missed_before }, now);
     }
@@ -209,7 +209,7 @@ impl Schedule {
         }
     }
 
-    /// Has an event happen.
+    /// Passes an event to its task set.
     #[inline]
     fn happen(&mut self, item: AgendaItem, now: Time, over: bool) -> Option<Assignment> {
         let (task_set, member) = self.place(item.node as usize);

@@ -50,7 +50,7 @@ pub(crate) struct Task {
     pub(crate) crashed: bool,
 }
 
-/// The most due times in wait: those beyond them are overruns.
+/// The greatest number of due times in wait: more are overruns.
 const MAX_WAITING: usize = 100_000;
 
 /// A tick that has started and is not yet over.
@@ -152,8 +152,8 @@ impl Task {
         due
     }
 
-    /// Moves on to the first tick that is due at `time` or later; returns the number of those
-    /// between this one and that.
+    /// Moves on to the first tick that is due at `time` or later; returns the number of ticks
+    /// between.
     pub(crate) fn pass(&mut self, time: Time) -> u64 {
         let shown = self.shows(time);
         self.rate.advance_past(shown)
@@ -184,7 +184,7 @@ impl Task {
         }
     }
 
-    /// Adds the next due time to those in wait; `false` if they are too many.
+    /// Adds the next due time to the waiting ones; `false` if they are too many.
     pub(crate) fn queue_timer(&mut self) -> bool {
         let room = self.backlog.len() < MAX_WAITING;
         let due = self.take_due();
@@ -204,7 +204,7 @@ impl Task {
         self.backlog.iter().copied()
     }
 
-    /// Has its first tick due one period later, as a timer of ROS.
+    /// Delays its first tick by one period, as a timer of ROS does.
     pub(crate) fn skip_first(&mut self) {
         self.rate.skip_first();
     }
@@ -320,7 +320,7 @@ impl Task {
         self.crashed = true;
     }
 
-    /// Has it tick again, from run time `at` on.
+    /// Lets it tick again, from run time `at` on.
     pub(crate) fn restart(&mut self, at: Time) {
         let shown = self.shows(at);
         self.rate.resume(shown);
@@ -410,7 +410,7 @@ impl Task {
         })
     }
 
-    /// Has its messages stamped by the clock that it stamps by.
+    /// Stamps its messages by the clock for stamps.
     fn stamp(&self, member: usize, plan: &Timetable<'_>) {
         if let Some(clock) = self.stamp_clock.or(self.clock) {
             plan.stamp_by(member, clock);

@@ -23,7 +23,7 @@ use crate::{
     time::Time,
 };
 
-/// Nodes with one scheduler: those of an executor, or a node on its own.
+/// Nodes with one scheduler: the nodes of an executor, or a node on its own.
 pub(crate) struct TaskSet {
     pub(crate) scheduler: Scheduler,
     /// In the order of registration.
@@ -43,8 +43,8 @@ pub(crate) enum Scheduler {
 }
 
 impl Scheduler {
-    /// Hears of an event at `plan.now()`; returns the job to be done now, if there is one. An alarm
-    /// that is no longer of use does no harm.
+    /// Hears of an event at `plan.now()`; returns the job to be done now. An alarm that is no longer
+    /// of use does no harm.
     #[inline]
     pub(crate) fn on(&mut self, event: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job> {
         match self {
@@ -151,7 +151,7 @@ impl TaskSet {
         Some(self.team.as_ref()?.executor.threads())
     }
 
-    /// The place of each node's priority among those of all that run here, the highest first.
+    /// The place of each node's priority among all nodes that run here, the highest first.
     pub(crate) fn ranks(&self) -> Vec<usize> {
         let here = self.members.iter().filter(|member| !member.remote);
         let priorities: BTreeSet<u32> = here.map(|member| member.priority).collect();

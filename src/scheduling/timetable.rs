@@ -22,7 +22,7 @@ use crate::{
 /// | event | what it may do |
 /// |---|---|
 /// | `Opened` | ask for the alarms of all members; `anew`: look at what waits for them |
-/// | `Alarm` | name a job, if the time and the phase are still those that it waits for |
+/// | `Alarm` | name a job, if it still waits for that time and phase |
 /// | `Arrived` | note it, and ask for an alarm or a choice; messages are taken when a job is named |
 /// | `Choose` | name a job: an executor chooses here, after all else of the instant |
 /// | `Done` of a [`Tick`](crate::clock::JobKind::Tick) | ask for the alarm of the next one |
@@ -52,7 +52,7 @@ pub(crate) enum SchedulerEvent {
     Arrived {
         /// The node.
         member: usize,
-        /// Number of the topic among those that trigger it.
+        /// Number of the topic in the list of topics that trigger it.
         input: usize,
     },
     /// All else of this instant has happened; see [`Timetable::choose`].
@@ -140,7 +140,7 @@ impl Timetable<'_> {
         self.clock
     }
 
-    /// Whether the end of the run has passed, so that only those tick that were due before.
+    /// Whether the end of the run has passed, so that only nodes tick that were due before.
     pub(crate) fn is_over(&self) -> bool {
         self.over
     }
@@ -160,7 +160,7 @@ impl Timetable<'_> {
         self.agenda.add(at, phase, rank, known.node);
     }
 
-    /// Has a message arrive now for a node, as if it had just been published.
+    /// Announces a message for a node, as if it had just been published.
     pub(crate) fn arrive(&mut self, member: usize, input: usize) {
         let known = &self.members[member];
         if !known.remote {

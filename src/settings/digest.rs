@@ -14,7 +14,7 @@ pub struct Digest([u8; 32]);
 
 impl Digest {
     /// Returns the digest of `content`.
-    pub fn of(content: &[u8]) -> Self {
+    pub fn new(content: &[u8]) -> Self {
         Self(Sha256::digest(content).into())
     }
 }

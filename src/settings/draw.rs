@@ -241,7 +241,7 @@ impl Measurements {
         }
         let nanos = durations.iter().map(|d| d.as_nanos() as u64);
         let content: Vec<u8> = nanos.flat_map(u64::to_le_bytes).collect();
-        let found = Digest::of(&content);
+        let found = Digest::new(&content);
         match self.pin {
             Some(expected) if expected != found => Err(SettingError::OtherDurations {
                 file: file.clone(),

@@ -121,7 +121,7 @@ impl Link {
     /// This link with another `part`, such as `delay:30`.
     ///
     /// # Errors
-    /// The accepted values, if there is no such part, or no such link.
+    /// [`SettingError`] for an unknown part or an impossible link.
     pub fn with(&self, part: &str) -> Result<Self, SettingError> {
         let mut link = self.clone();
         let (name, value) = part.split_once(':').unwrap_or((part, ""));
@@ -132,8 +132,8 @@ impl Link {
     /// Adds the part called `name`.
     fn add(&mut self, name: &str, value: &str) -> Result<(), SettingError> {
         let part = PARTS.iter().find(|part| part.name == name);
-        let part = part.ok_or_else(|| SettingError::LinkPart(name.to_owned()))?;
-        (part.set)(self, value)
+        let known = part.ok_or_else(|| SettingError::LinkPart(name.to_owned()))?;
+        (known.set)(self, value)
     }
 }
 

@@ -15,7 +15,7 @@ const QUEUE: &str = "queue:";
 /// | text | due times that have passed | as |
 /// |---|---|---|
 /// | `skip` | are overruns | a timer of ROS |
-/// | `queue:N` | wait for up to N periods; those before are overruns | a timer with a queue |
+/// | `queue:N` | wait for up to N periods; earlier ones are overruns | a timer with a queue |
 /// | `catch-up` | all wait, and then follow without a pause | a loop that sleeps until the next of its due times |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Overrun {

@@ -29,8 +29,8 @@ pub(crate) trait Intake: Send {
     /// `completes` says whether a message of this topic completed the set.
     fn choose(&mut self, seq: u64, completes: bool);
 
-    /// Forgets the messages taken before number `seq`; all of them without a `seq`. Those that were
-    /// never chosen count as unmatched.
+    /// Forgets the messages taken before number `seq`; all of them without a `seq`. Messages that
+    /// were never chosen count as unmatched.
     fn forget_before(&mut self, seq: Option<u64>);
 }
 

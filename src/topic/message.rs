@@ -31,8 +31,8 @@ pub struct Message<T> {
 }
 
 impl<T> Message<T> {
-    /// The message with this `head`.
-    pub fn of(head: &Head, data: T) -> Self {
+    /// Creates the message with this `head`.
+    pub fn from_head(head: &Head, data: T) -> Self {
         Self {
             data,
             stamp: head.stamp,
@@ -100,7 +100,7 @@ impl<T> From<&Message<T>> for Cause {
 }
 
 /// The rank of a node that begins data: nodes that read nothing come first, each in the order of the
-/// graph, then those that had read nothing yet.
+/// graph, then nodes that had read nothing yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct SourceRank(u32);
 
@@ -108,7 +108,7 @@ impl SourceRank {
     /// The rank of what comes from outside of the graph.
     pub(crate) const UNKNOWN: Self = Self(u32::MAX);
 
-    /// The bit that puts nodes that read behind those that do not.
+    /// The bit that puts nodes that read behind nodes that do not.
     const READER: u32 = 1 << 31;
 
     /// The rank of the node with this index, which `reads` topics or does not.

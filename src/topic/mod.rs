@@ -17,7 +17,7 @@
 //! | two subscriptions, one slow | only the slow one counts drops |
 //! | subscribing late | `read()` gives the newest message; earlier ones never count as drops |
 //! | depth 0 | refused: [`DepthError`] |
-//! | queue made shallower while running | the oldest go; those unread count as dropped |
+//! | queue made shallower while running | the oldest go; unread ones count as dropped |
 //! | queue made deeper while running | nothing is lost, nothing returns |
 //! | read order oldest | the oldest unread message; the last one again if there is none |
 //! | the topic triggers the reader | the message that the tick is for, whatever the read order |

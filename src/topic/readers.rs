@@ -38,7 +38,7 @@ impl<T> TopicReader<T> {
 
 /// A reader that triggers its node.
 pub(super) struct TriggerEnd<T> {
-    /// Index of the node, and number of the topic among those that trigger it.
+    /// Index of the node, and number of the topic in the list of topics that trigger it.
     pub(super) node: usize,
     pub(super) input: usize,
     pub(super) arrivals: Arc<Arrivals>,
@@ -46,7 +46,7 @@ pub(super) struct TriggerEnd<T> {
     pub(super) taken: VecDeque<Message<T>>,
     /// The message that it reads.
     pub(super) chosen: Option<Message<T>>,
-    /// Whether the node has yet to read it, for those that take each message once.
+    /// Whether the node has yet to read it, for a node that takes each message once.
     pub(super) is_new: bool,
 }
 

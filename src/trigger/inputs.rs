@@ -10,7 +10,7 @@ pub(crate) struct Trigger {
     inputs: Vec<Box<dyn Intake>>,
     matching: Match,
     matcher: Matcher,
-    /// The sets that the last message completed, but for those that were used.
+    /// The sets that the last message completed and that were not yet used.
     sets: VecDeque<MessageSet>,
     /// The input with that message, and the run time of its delivery.
     last: (usize, Time),

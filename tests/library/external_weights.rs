@@ -196,8 +196,8 @@ fn a_pin_covers_the_graph_and_its_weights_and_of_a_graph_alone_it_is_that_of_the
     fs::write(&path, &graph).expect("written");
     fs::write(&data, bytes(&WEIGHTS)).expect("written");
     // As the shell computes it: sha256sum p.onnx p.onnx.data | cut -d' ' -f1 | sha256sum
-    let parts = [&graph, &bytes(&WEIGHTS)].map(|part| format!("{}\n", Digest::of(part)));
-    let pin = Digest::of(parts.concat().as_bytes());
+    let parts = [&graph, &bytes(&WEIGHTS)].map(|part| format!("{}\n", Digest::new(part)));
+    let pin = Digest::new(parts.concat().as_bytes());
     assert_eq!(error(&path, Some(pin)), None);
     for (changed, content) in [
         (&data, bytes(&[0.0; 5])),
@@ -215,9 +215,9 @@ fn a_pin_covers_the_graph_and_its_weights_and_of_a_graph_alone_it_is_that_of_the
     assert_eq!(error(&path, Some(pin)), None);
     let alone = [varint(1, 8), message(7, &[row(11, "obs", 5)])].concat();
     fs::write(&path, &alone).expect("written");
-    let another = error(&path, Some(Digest::of(b""))).expect("another");
+    let another = error(&path, Some(Digest::new(b""))).expect("another");
     assert!(
-        another.ends_with(&format!("another one: {}", Digest::of(&alone))),
+        another.ends_with(&format!("another one: {}", Digest::new(&alone))),
         "{another}"
     );
 }
@@ -229,7 +229,7 @@ fn a_graph_with_any_byte_changed_is_read_to_its_end_or_refused() {
     fs::write(folder.path().join("p.data"), bytes(&WEIGHTS)).expect("written");
     let about = [("offset", "0"), ("length", "20")];
     // With the pin of nothing no graph reaches the runtime.
-    let nothing = Some(Digest::of(b""));
+    let nothing = Some(Digest::new(b""));
     for place in [Place::Initializer, Place::Constant] {
         let whole = graph("p.data", &about, place);
         for at in 1..whole.len() {

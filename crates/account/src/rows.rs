@@ -84,7 +84,7 @@ impl Rows {
     /// invalid.
     pub fn message<T: Fields>(&self, index: usize) -> Option<Message<T>> {
         let head = self.heads.get(index)?;
-        Some(Message::of(head, T::from_row(self.row(index))?))
+        Some(Message::from_head(head, T::from_row(self.row(index))?))
     }
 
     /// Takes the messages up to the last one that was published by run time `until` out of

@@ -33,7 +33,7 @@ impl TapHandle {
     pub fn topic<T: Payload>(&self, topic: &Topic<T>, capacity: usize) -> Tap<TapMessage<T>> {
         let (end, tap) = self.tap(capacity);
         self.listen(topic, move |head, data: &T| {
-            let (message, head) = (Message::of(head, data.clone()), *head);
+            let (message, head) = (Message::from_head(head, data.clone()), *head);
             end.offer(TapMessage { message, head })
         });
         tap

@@ -129,7 +129,7 @@ impl Coder {
         let (line, rest): (LogLine, _) = postcard::take_from_bytes(bytes).ok()?;
         *bytes = rest;
         for name in &line.names {
-            self.locks.push(LockName::of(name));
+            self.locks.push(LockName::new(name));
             self.turns.push(0);
         }
         let locks = line.locks.unwrap_or_else(|| self.pattern.clone());

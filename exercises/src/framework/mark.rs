@@ -42,6 +42,6 @@ pub(super) fn origin(mark: Option<&str>, content: &str) -> PredictionOrigin {
 }
 
 fn check(drawn: &str, content: &str) -> String {
-    let digest = Digest::of(format!("{drawn} {content}").as_bytes());
+    let digest = Digest::new(format!("{drawn} {content}").as_bytes());
     digest.to_string().chars().take(DIGITS).collect()
 }

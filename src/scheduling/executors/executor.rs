@@ -29,9 +29,9 @@ pub(crate) enum Threads {
 /// A kind of executor.
 pub struct ExecutorKind {
     name: &'static str,
-    /// What the number after its name counts, if it has one.
+    /// What the number after its name counts; `None` without a number.
     counts: Option<&'static str>,
-    /// Whether its callbacks are those of ROS: in mutually exclusive groups, with timers that are
+    /// Whether its callbacks are as in ROS: in mutually exclusive groups, with timers that are
     /// due one period later for the first time.
     pub has_groups: bool,
     /// Whether it has a use for the deadlines of its nodes.
@@ -105,7 +105,7 @@ static KINDS: [ExecutorKind; 6] = [
 /// | `edf:N` | N cores, preemptive | by the deadline, earliest first |
 /// | `let` | a core for each node, logical execution time | reads when due, publishes at the end of the period |
 ///
-/// The rules of the first three are those of rclcpp 29.3.0 (`a0a2a06`) and rcl 9.2.0
+/// The first three follow rclcpp 29.3.0 (`a0a2a06`) and rcl 9.2.0
 /// (`c19dab5`). By windows: when nothing is ready any more, all that is ready by then is
 /// looked up at once, and served in the order timers, subscriptions, each in the order of
 /// registration, one message each (`executor.cpp:774-914`); what gets ready later waits

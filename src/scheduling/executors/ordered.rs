@@ -26,7 +26,7 @@ pub(crate) trait CallbackOrder: Send {
     /// for it.
     fn released(&mut self, call: Call, task_set: &mut TaskSetView<'_, '_>);
 
-    /// The callback to call now, if there are one and a thread for it.
+    /// The callback to call now; `None` without one, or without a free thread.
     fn next(&mut self, task_set: &mut TaskSetView<'_, '_>) -> Option<Call>;
 
     /// A callback of a node was called: it takes run time, or is over. Where the message had more
@@ -122,7 +122,7 @@ impl Ordered {
         plan.alarm(due, Phase::Timer, member);
     }
 
-    /// Has the messages arrive now that wait for a node.
+    /// Announces the messages that wait for a node.
     fn add_waiting(&mut self, member: usize, plan: &mut Timetable<'_>) {
         let Some(trigger) = &self.tasks[member].trigger else {
             return;
@@ -186,7 +186,7 @@ impl Ordered {
         plan.choose();
     }
 
-    /// Calls the next callback, if there are one and a thread for it.
+    /// Calls the next callback, if a thread is free.
     fn call(&mut self, plan: &mut Timetable<'_>) -> Option<Job> {
         let now = plan.now();
         let call = self.with_order(plan, |order, task_set| order.next(task_set))?;
@@ -206,7 +206,7 @@ impl Ordered {
         Some(Job::new(member, kind).late(Some(now.since(due))))
     }
 
-    /// Due time of the timer that is called now. Where due times do not wait in line, those that
+    /// Due time of the timer that is called now. Where due times do not wait in line, due times that
     /// have passed, `now` included, are overruns (rcl `c19dab5`, `timer.c:298-319`).
     fn call_timer(&mut self, member: usize, plan: &mut Timetable<'_>) -> Option<Time> {
         let (now, task) = (plan.now(), &mut self.tasks[member]);

@@ -39,7 +39,7 @@ struct JobKey {
 struct CoreTask {
     /// Deadline relative to the release, if not that of its period.
     deadline: Option<Duration>,
-    /// The place of the job, if it has one.
+    /// The place of the job; `None` without a job.
     key: Option<JobKey>,
 }
 

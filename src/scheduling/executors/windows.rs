@@ -3,7 +3,7 @@
 //! The model of `MultiThreadedExecutor` (rclcpp `a0a2a06`, `multi_threaded_executor.cpp`
 //! 82-118, `executor.cpp` 774-914): the threads share one window. A free thread takes the
 //! first timer in it whose group is free; else the first other callback whose group is
-//! free, and deletes those of busy groups that it passes; else it looks up anew all that
+//! free, and deletes callbacks of busy groups that it passes; else it looks up anew all that
 //! is ready in free groups, and tries once more. With one thread this is
 //! `SingleThreadedExecutor`.
 
@@ -22,7 +22,7 @@ pub(crate) struct WindowOrder {
     groups: Vec<usize>,
     /// The callbacks that are ready now.
     ready: CallSet,
-    /// Those that were ready at the last look, and were not yet served.
+    /// The callbacks that were ready at the last look, and were not yet served.
     window: CallSet,
 }
 

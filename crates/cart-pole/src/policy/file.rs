@@ -56,7 +56,7 @@ impl PolicyFile {
                 (whole.content, whole.digest)
             }
             _ => {
-                let digest = Digest::of(&content);
+                let digest = Digest::new(&content);
                 (content, digest)
             }
         };

@@ -76,7 +76,7 @@ impl ThreadTrack {
 /// Returns the digest of a row after one with digest `before`.
 fn digest(before: Option<u64>, row: u64, thread: u64, bytes: &[u8]) -> u64 {
     let head = [before.unwrap_or(0), row, thread].map(u64::to_le_bytes);
-    let digest = Digest::of(&[head.as_flattened(), bytes].concat()).to_string();
+    let digest = Digest::new(&[head.as_flattened(), bytes].concat()).to_string();
     u64::from_str_radix(&digest[..16], 16).unwrap_or_default()
 }
 

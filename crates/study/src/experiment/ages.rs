@@ -12,7 +12,7 @@ use crate::system::System;
 pub(super) const BACKLOG: usize = 4_096;
 
 /// Number of messages and ticks after which their ages are counted.
-const BATCH: usize = 2_048;
+const BATCH: usize = 4_096;
 
 /// Messages and ticks kept per topic and node.
 const KEPT: usize = 1 << 14;

@@ -88,16 +88,16 @@ impl WholeGraph {
             put: 0,
         };
         let whole = reader.whole(OnnxMessage::Model, &content, 0)?;
-        let digest = Digest::of(&content);
+        let digest = Digest::new(&content);
         if reader.files.is_empty() {
             return Ok(Self { content, digest });
         }
-        let files = reader.files.values().map(|file| Digest::of(file));
+        let files = reader.files.values().map(|file| Digest::new(file));
         let digests = [digest].into_iter().chain(files);
         let lines: String = digests.map(|digest| format!("{digest}\n")).collect();
         Ok(Self {
             content: whole,
-            digest: Digest::of(lines.as_bytes()),
+            digest: Digest::new(lines.as_bytes()),
         })
     }
 }
