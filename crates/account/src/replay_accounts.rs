@@ -236,9 +236,10 @@ impl ReplayQueue {
             if !overtaken {
                 self.delivered = Some(sent.seq);
             }
-            match is_linked(&sent) {
-                true => account.add(&TopicRecord::Delivered { overtaken }),
-                false => account.overtaken += u64::from(overtaken),
+            if is_linked(&sent) {
+                account.add(&TopicRecord::Delivered { overtaken })
+            } else {
+                account.overtaken += u64::from(overtaken)
             }
         }
     }

@@ -56,9 +56,10 @@ fn parse(text: &str) -> Result<Vec<Duration>, String> {
         })
     });
     let durations: Vec<Duration> = durations.collect::<Result<_, _>>()?;
-    match durations.is_empty() {
-        true => Err("no number is in it: expected milliseconds, one number a line".to_owned()),
-        false => Ok(durations),
+    if durations.is_empty() {
+        Err("no number is in it: expected milliseconds, one number a line".to_owned())
+    } else {
+        Ok(durations)
     }
 }
 

@@ -96,9 +96,10 @@ impl Commands {
     /// Logs who stops the run, as far as he names himself.
     fn note_stop(&self, order: &Order) {
         let name: String = order.name.trim().chars().take(LONGEST_NAME).collect();
-        let name = match name.is_empty() {
-            true => "nobody named",
-            false => &name,
+        let name = if name.is_empty() {
+            "nobody named"
+        } else {
+            &name
         };
         let what = format!("the run is stopped by {name}");
         if let Some(node) = self.part.own.nodes.first() {

@@ -188,16 +188,19 @@ fn is_same(one: &Knob, other: &Knob) -> bool {
 /// The first difference of two graphs.
 fn of_graphs(here: &Topology, there: &Topology) -> String {
     if let Some((here, there)) = first(&here.nodes, &there.nodes) {
-        return match here.name == there.name {
-            true if here.hz != there.hz => format!("{} at {}", here.name, both(there.hz, here.hz)),
-            true => format!("another node {}", here.name),
-            false => format!("a node {}", both(&there.name, &here.name)),
+        return if here.name != there.name {
+            format!("a node {}", both(&there.name, &here.name))
+        } else if here.hz != there.hz {
+            format!("{} at {}", here.name, both(there.hz, here.hz))
+        } else {
+            format!("another node {}", here.name)
         };
     }
     if let Some((here, there)) = first(&here.topics, &there.topics) {
-        return match here.name == there.name {
-            true => format!("another topic {}", here.name),
-            false => format!("a topic {}", both(&there.name, &here.name)),
+        return if here.name == there.name {
+            format!("another topic {}", here.name)
+        } else {
+            format!("a topic {}", both(&there.name, &here.name))
         };
     }
     let count =

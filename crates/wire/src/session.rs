@@ -174,9 +174,10 @@ impl Settings {
         let chosen = self.config()?.get_json("id");
         // The same one after each start, if a file has it.
         let is_fixed = chosen.is_ok_and(|id| id != "null");
-        Ok(match is_fixed {
-            true => machine::random(),
-            false => number(session.zid()),
+        Ok(if is_fixed {
+            machine::random()
+        } else {
+            number(session.zid())
         })
     }
 }
@@ -192,9 +193,10 @@ pub(crate) fn low_word([word @ .., _, _, _, _, _, _, _, _]: [u8; 16]) -> u64 {
 }
 
 /// The kinds of connections that this build knows.
-const PROTOCOLS: &[&str] = match cfg!(feature = "tls") {
-    true => &["tcp", "tls"],
-    false => &["tcp"],
+const PROTOCOLS: &[&str] = if cfg!(feature = "tls") {
+    &["tcp", "tls"]
+} else {
+    &["tcp"]
 };
 
 /// Refuses an address that nobody can listen on or connect to.

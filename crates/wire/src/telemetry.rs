@@ -92,9 +92,10 @@ impl Info {
 
     /// Its nodes that publish to `topic`, if it has a reader elsewhere.
     pub(crate) fn senders(&self, topic: &TopicTopology) -> Vec<&NodeTopology> {
-        match self.split(&topic.readers).1.is_empty() {
-            true => Vec::new(),
-            false => self.split(&topic.publishers).0,
+        if self.split(&topic.readers).1.is_empty() {
+            Vec::new()
+        } else {
+            self.split(&topic.publishers).0
         }
     }
 

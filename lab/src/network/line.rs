@@ -28,9 +28,10 @@ fn refused(inlet: &Inlet) -> String {
     let counts: Vec<String> = counts
         .map(|(why, count)| format!("{count} {why}"))
         .collect();
-    match counts.is_empty() {
-        true => "0 refused".to_owned(),
-        false => format!("refused: {}", counts.join(", ")),
+    if counts.is_empty() {
+        "0 refused".to_owned()
+    } else {
+        format!("refused: {}", counts.join(", "))
     }
 }
 

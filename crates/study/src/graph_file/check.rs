@@ -356,9 +356,10 @@ fn step(file: &GraphFile, from: &Placed, to: &Placed) -> Checked {
     let Some(known) = node_of(file, node)? else {
         return Ok(());
     };
-    let (topics, verb): (Vec<&Placed>, _) = match to.is_topic() {
-        true => (known.publishes.iter().collect(), "publish"),
-        false => (known.inputs().collect(), "read"),
+    let (topics, verb): (Vec<&Placed>, _) = if to.is_topic() {
+        (known.publishes.iter().collect(), "publish")
+    } else {
+        (known.inputs().collect(), "read")
     };
     if topics.iter().any(|known| known.text == topic.text) {
         return Ok(());

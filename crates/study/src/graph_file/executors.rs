@@ -87,9 +87,10 @@ fn member(node: &Placed, kind: Executor, file: &GraphFile) -> Checked {
     let Some(known) = node_of(file, node)? else {
         return Ok(());
     };
-    let remedy = match kind.kind().has_deadlines {
-        true => "a deadline_ms",
-        false => "a rate",
+    let remedy = if kind.kind().has_deadlines {
+        "a deadline_ms"
+    } else {
+        "a rate"
     };
     match known.release {
         Release::On(_) if kind.needs_period(&known.callback) => {

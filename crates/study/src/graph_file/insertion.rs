@@ -135,9 +135,12 @@ impl Fit<'_> {
         let Topology { topics, .. } = &self.topology;
         let known = self.topology.node(&node.text);
         let known = known.zip(self.topology.topic(&topic.text));
-        known.is_some_and(|(node, topic)| match reading {
-            true => topics[topic].readers.contains(&node),
-            false => topics[topic].publishers.contains(&node),
+        known.is_some_and(|(node, topic)| {
+            if reading {
+                topics[topic].readers.contains(&node)
+            } else {
+                topics[topic].publishers.contains(&node)
+            }
         })
     }
 
@@ -201,8 +204,9 @@ impl Fit<'_> {
 
 /// Refuses a name that is none of the `known` ones.
 fn one_of<'n>(no: &str, name: &Placed, known: impl Iterator<Item = &'n str> + Clone) -> Checked {
-    match known.clone().any(|known| known == name.text) {
-        true => Ok(()),
-        false => unknown(no, name, known),
+    if known.clone().any(|known| known == name.text) {
+        Ok(())
+    } else {
+        unknown(no, name, known)
     }
 }

@@ -25,9 +25,10 @@ pub(super) fn name(name: &Placed) -> Checked {
         && name.text.starts_with(|c: char| c.is_alphanumeric())
         && name.text.chars().count() <= LONGEST_NAME;
     let expected = "expected letters, digits, _ and -, beginning with a letter or a digit";
-    match fits {
-        true => Ok(()),
-        false => refuse(name.at, format!("{:?} is no name: {expected}", name.text)),
+    if fits {
+        Ok(())
+    } else {
+        refuse(name.at, format!("{:?} is no name: {expected}", name.text))
     }
 }
 
@@ -43,9 +44,10 @@ pub(super) fn topic_name(name: &Placed) -> Checked {
         return refuse(name.at, what);
     }
     let expected = "expected a slash, then letters, digits, _ and -, such as \"/image\"";
-    match fits {
-        true => Ok(()),
-        false => refuse(name.at, format!("{:?} is no topic: {expected}", name.text)),
+    if fits {
+        Ok(())
+    } else {
+        refuse(name.at, format!("{:?} is no topic: {expected}", name.text))
     }
 }
 

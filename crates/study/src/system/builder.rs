@@ -214,9 +214,10 @@ impl<'a> Builder<'a> {
             last = output.clone();
             let triggered = matches!(relay.release, Release::On(_));
             self.released_node(&relay.node, relay.release, priority, move |wiring| {
-                let mut input = match triggered {
-                    true => wiring.trigger(&input),
-                    false => wiring.subscription(&input),
+                let mut input = if triggered {
+                    wiring.trigger(&input)
+                } else {
+                    wiring.subscription(&input)
                 };
                 let output = wiring.publisher(&output);
                 move |tick: &mut Tick| {
@@ -327,9 +328,10 @@ impl<'a> Builder<'a> {
         build: impl FnOnce(&mut Wiring<'_>) -> N,
     ) -> Result<(), BuildError> {
         let release = self.release(name, release);
-        match self.is_here(name) {
-            true => Ok(self.graph.node(name, release, priority, build)?),
-            false => Ok(self.graph.remote_node(name, release, priority, build)?),
+        if self.is_here(name) {
+            Ok(self.graph.node(name, release, priority, build)?)
+        } else {
+            Ok(self.graph.remote_node(name, release, priority, build)?)
         }
     }
 

@@ -59,12 +59,11 @@ pub fn overload(node: &str, hz: Hz, setup: &Setup) -> Option<String> {
         ),
         _ => return None,
     };
-    let then = match waits(setup, node) {
-        true => "so more and more of its due times will wait".to_owned(),
-        false => {
-            let share = skipped / (1.0 + skipped) * 1e2;
-            format!("so it will skip {share:.0} % of its periods")
-        }
+    let then = if waits(setup, node) {
+        "so more and more of its due times will wait".to_owned()
+    } else {
+        let share = skipped / (1.0 + skipped) * 1e2;
+        format!("so it will skip {share:.0} % of its periods")
     };
     Some(format!(
         "{node} is asked for more than it can do: {why}, {then}"

@@ -47,9 +47,10 @@ impl BarPart {
 
     /// What it is, in a word.
     pub fn word(&self) -> &'static str {
-        match self.played {
-            true => Self::PLAYED,
-            false => Self::PLANNED,
+        if self.played {
+            Self::PLAYED
+        } else {
+            Self::PLANNED
         }
     }
 }

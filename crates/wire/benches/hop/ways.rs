@@ -85,12 +85,11 @@ pub fn send(task: &str) {
         panic!("{SENDER}: a way, an address and a rate");
     };
     let hz = hz.parse().expect("a rate");
-    let cpu = match way == Way::Udp.name() {
-        true => send_datagrams(address, hz),
-        false => {
-            let (part, _bridge) = part(hz, SOURCE, SessionEnd::Connect(vec![address.to_owned()]));
-            with_cpu(|| drop(part.run().expect("a run")))
-        }
+    let cpu = if way == Way::Udp.name() {
+        send_datagrams(address, hz)
+    } else {
+        let (part, _bridge) = part(hz, SOURCE, SessionEnd::Connect(vec![address.to_owned()]));
+        with_cpu(|| drop(part.run().expect("a run")))
     };
     println!("{cpu}");
 }

@@ -244,13 +244,17 @@ fn read(joints: &Joints, sample: &Sample) -> Result<(Vec<f64>, Stamp), Refusal> 
     let message = JointState::decode(&payload).ok_or(Refusal::Format)?;
     let values = message.values;
     let row = (joints.to_row)(&values);
-    let row = row.ok_or_else(|| match values.is_finite() {
-        true => Refusal::Length,
-        false => Refusal::NotFinite,
+    let row = row.ok_or_else(|| {
+        if values.is_finite() {
+            Refusal::Length
+        } else {
+            Refusal::NotFinite
+        }
     })?;
-    match packet::are_finite(&row) {
-        true => Ok((row, message.stamp)),
-        false => Err(Refusal::NotFinite),
+    if packet::are_finite(&row) {
+        Ok((row, message.stamp))
+    } else {
+        Err(Refusal::NotFinite)
     }
 }
 

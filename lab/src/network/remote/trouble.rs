@@ -40,26 +40,26 @@ impl Processes {
             pid, host, command, ..
         } = &process.info;
         let names = names(process);
-        let others = match process.info.is_hub {
-            true => ", through which all others are heard",
-            false => "",
+        let others = if process.info.is_hub {
+            ", through which all others are heard"
+        } else {
+            ""
         };
-        match self.is_present(process) {
-            true => format!(
+        if self.is_present(process) {
+            format!(
                 "{names}: silent{others}. Process {pid} on {host} hangs, or is stopped: kill \
                  -CONT {pid} goes on"
-            ),
-            false => {
-                let again = if command.is_empty() {
-                    "start it again".to_owned()
-                } else {
-                    format!("start it again with: {command}")
-                };
-                format!(
-                    "{names}: gone{others}. Process {pid} on {host} ended, is cut off or stopped: \
+            )
+        } else {
+            let again = if command.is_empty() {
+                "start it again".to_owned()
+            } else {
+                format!("start it again with: {command}")
+            };
+            format!(
+                "{names}: gone{others}. Process {pid} on {host} ended, is cut off or stopped: \
                      kill -CONT {pid}, or {again}"
-                )
-            }
+            )
         }
     }
 
@@ -72,9 +72,10 @@ impl Processes {
             let nodes = hub.topology.nodes.iter().map(|node| &*node.name);
             let is_there = |node| self.of(node).is_some_and(|of| self.is_present(of));
             let away: Vec<&str> = nodes.filter(|node| !is_there(node)).collect();
-            let away = match away.len() == hub.topology.nodes.len() {
-                true => "all nodes".to_owned(),
-                false => away.join(", "),
+            let away = if away.len() == hub.topology.nodes.len() {
+                "all nodes".to_owned()
+            } else {
+                away.join(", ")
             };
             return (!away.is_empty()).then(|| format!("waiting for {away}"));
         }

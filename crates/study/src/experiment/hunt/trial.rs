@@ -95,9 +95,10 @@ impl<'h> Trials<'h> {
             let verdict = verdict.map_err(Halt::Failed)?;
             self.lost.push((lists[index].clone(), verdict));
         }
-        match complete {
-            true => Ok(index),
-            false => Err(Halt::Stopped),
+        if complete {
+            Ok(index)
+        } else {
+            Err(Halt::Stopped)
         }
     }
 }

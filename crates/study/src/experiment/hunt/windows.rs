@@ -58,9 +58,10 @@ impl Windows {
         let is_read = topic.is_some_and(TopicAccount::is_read);
         let messages = topic.map_or(0, |topic| topic.published);
         if lose + late > 0 && (!is_read || messages == 0) {
-            let why = match is_read {
-                true => "it carried no message",
-                false => "no node reads such a topic",
+            let why = if is_read {
+                "it carried no message"
+            } else {
+                "no node reads such a topic"
             };
             let read = usual.topics.iter().filter(|topic| topic.is_read());
             if read.clone().next().is_none() {

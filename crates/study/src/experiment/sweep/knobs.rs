@@ -68,9 +68,10 @@ impl SweepAxis {
         }
         let mut known = HashSet::new();
         let values = texts.into_iter().map(|text| {
-            let knob = match has_hole(name) {
-                true => name.replace(HOLE, &text),
-                false => format!("{name} {text}"),
+            let knob = if has_hole(name) {
+                name.replace(HOLE, &text)
+            } else {
+                format!("{name} {text}")
             };
             let knobs = knobs.parse(&knob).map_err(refused)?;
             if !known.insert(knobs.iter().map(Knob::to_string).collect::<Vec<_>>()) {
@@ -136,9 +137,10 @@ where
 fn values(list: &str, is_range: impl Fn(&str) -> bool) -> Result<Vec<String>, AxisError> {
     let mut values = Vec::new();
     for text in messages(list) {
-        match is_range(&text) {
-            true => values.extend(texts::<Decimal>(&text, Decimal::to_string)?),
-            false => values.push(text),
+        if is_range(&text) {
+            values.extend(texts::<Decimal>(&text, Decimal::to_string)?)
+        } else {
+            values.push(text)
         }
         if values.len() > MAX_CELLS {
             return Err(AxisError::TooMany(list.to_owned()));
