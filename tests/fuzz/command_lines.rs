@@ -20,6 +20,7 @@ fn prepare(folder: &Path) {
         ("recordings/fall-5hz.rrd", "run.rrd"),
         ("tests/fixtures/policies/actor.pt", "policy.pt"),
         ("tests/fixtures/policies/asks.pt", "asks.pt"),
+        ("graphs/drive.csv", "bag.csv"),
     ];
     for (from, to) in copies {
         fs::copy(root().join(from), folder.join(to)).expect("copied");

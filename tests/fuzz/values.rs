@@ -8,7 +8,11 @@ use crate::cases::{RandomSource, pick_from};
 
 /// A value for the placeholder `name` in the help: valid, invalid, or not even text.
 pub fn value(name: &str, random: &mut RandomSource) -> OsString {
-    let known = if name == "DIR" { "FILE" } else { name };
+    let known = if ["DIR", "BAG"].contains(&name) {
+        "FILE"
+    } else {
+        name
+    };
     let Some([_, good, others]) = values().find(|row| row[0] == known) else {
         panic!("no values are known for what help calls {name}: add some");
     };
