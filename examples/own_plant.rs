@@ -123,7 +123,7 @@ impl System for Drone {
     fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
         match state {
             Some([height, _]) if *height <= 0.0 => Verdict::new(&DOWN, at),
-            _ => Verdict::of_exit(exit, at),
+            _ => Verdict::from_exit(exit, at),
         }
     }
 

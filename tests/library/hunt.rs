@@ -239,7 +239,7 @@ impl System for Fragile {
     fn verdict(&self, exit: &ClockExit, at: Time, _: Option<&[f64]>) -> Verdict {
         match exit {
             ClockExit::Ended { .. } => Verdict::new(&BROKEN, at),
-            _ => Verdict::of_exit(exit, at),
+            _ => Verdict::from_exit(exit, at),
         }
     }
 

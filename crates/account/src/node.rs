@@ -66,7 +66,7 @@ pub struct TickCauses {
 pub struct TopicRead {
     /// The message.
     pub message: MessageId,
-    /// The reader, by its place among those of the topic.
+    /// The reader, by its place at the topic.
     pub reader: usize,
     /// Sequence number of the newest message that was there.
     pub newest: u64,

@@ -14,7 +14,7 @@ pub trait RecordedTopic: Any + Send + Sync {
     /// Names of the numbers in a message; see [`Fields::FIELDS`].
     fn fields(&self) -> &'static [&'static str];
 
-    /// Has `listener` take every message from now on. It is called by the publisher, so it has
+    /// Passes every message to `listener` from now on. It is called by the publisher, so it has
     /// to be quick.
     fn listen(&self, tap_handle: &TapHandle, listener: RowListener);
 

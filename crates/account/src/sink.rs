@@ -14,9 +14,9 @@ use super::{
 pub(crate) struct AccountSink {
     pub(crate) run: Arc<RunState>,
     pub(crate) accounts: Arc<Accounts>,
-    /// Those who listen to the ticks of each node.
+    /// The listeners to the ticks of each node.
     pub(crate) ticks: Vec<Listeners<Box<TickListener>>>,
-    /// Those who listen to each topic.
+    /// The listeners to each topic.
     pub(crate) topics: Vec<Listeners<Box<MessageListener>>>,
     /// A sink that gets each record before.
     pub(crate) first: OnceLock<Arc<dyn Sink>>,

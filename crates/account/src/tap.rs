@@ -101,7 +101,7 @@ impl<T> TapSender<T> {
     }
 }
 
-/// Those who listen to a series of items. Without any, an item costs one load only.
+/// The listeners to a series of items. Without any, an item costs one load only.
 #[derive(Debug)]
 pub(crate) struct Listeners<L> {
     any: AtomicBool,
@@ -130,7 +130,7 @@ impl<L> Listeners<L> {
         self.any.load(Ordering::Acquire)
     }
 
-    /// Hands each of them an item; removes those for whom `hand` returns `false`.
+    /// Hands each of them an item; removes a listener if `hand` returns `false`.
     #[inline]
     pub(crate) fn each(&self, hand: impl FnMut(&mut L) -> bool) {
         if self.are_any() {

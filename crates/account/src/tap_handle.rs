@@ -24,7 +24,7 @@ impl TapHandle {
         Self(AccountSink::of(graph))
     }
 
-    /// Has one other `sink` get every record from now on.
+    /// Sends every record to one other `sink` from now on.
     pub fn tell(&self, sink: Arc<dyn Sink>) {
         let _ = self.0.first.set(sink);
     }

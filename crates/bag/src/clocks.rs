@@ -48,7 +48,7 @@ pub struct ClockGroup {
     pub offset: i64,
     /// Its drift (parts per million).
     pub drift_ppm: f64,
-    /// From its times to those of the recorder.
+    /// From its times to times of the recorder.
     pub mapping: Mapping,
 }
 
@@ -68,7 +68,7 @@ pub enum TopicClock {
 pub struct Clocks {
     /// The clock of each topic.
     pub of_topics: Vec<TopicClock>,
-    /// Those that are not the recorder's.
+    /// The clocks that are not the recorder's.
     pub groups: Vec<ClockGroup>,
     /// The quickest transport on the recorder's clock (ns).
     pub least_transport: i64,

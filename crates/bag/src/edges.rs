@@ -80,7 +80,7 @@ pub fn apply(series: &mut [TopicEvents], edges: &[NamedEdge], transport: i64) {
     }
 }
 
-/// The edges, each after those into its parent.
+/// The edges, each after the edges into its parent.
 fn in_order(edges: &[NamedEdge]) -> Vec<NamedEdge> {
     let (mut ordered, mut rest) = (Vec::new(), edges.to_vec());
     while !rest.is_empty() {

@@ -203,7 +203,7 @@ impl NodeSearch<'_> {
         }
     }
 
-    /// The outputs of a node that reads a topic, as those of a timer.
+    /// The outputs of a node that reads a topic, as outputs of a timer.
     pub fn outputs(&self, node: &BagNode) -> Option<TimedOutputs> {
         let input = node.input.as_ref()?;
         let (a, b) = (&self.series[input.parent], &self.series[node.topic]);

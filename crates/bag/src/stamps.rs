@@ -103,7 +103,7 @@ pub struct Relation {
 }
 
 impl Relation {
-    /// The relation from `a` to `b`, if there is one.
+    /// The relation from `a` to `b`; `None` without one.
     pub fn new(a: &TopicEvents, b: &TopicEvents) -> Option<Self> {
         let (least, greatest) = a.range()?;
         let mut delays = Vec::new();

@@ -201,7 +201,7 @@ fn waiting(peers: &Peers) -> String {
     format!("waiting for the process that begins the run{others}")
 }
 
-/// The text for processes of other graphs, if there are any.
+/// The text for processes of other graphs; `None` without such processes.
 fn of_other_systems(peers: &Peers) -> Option<String> {
     let names: Vec<String> = peers.other_systems().into_iter().collect();
     let names = names.join(", ");

@@ -49,7 +49,7 @@ pub struct Inlet {
 }
 
 impl Inlet {
-    /// Has `take` take in each message on `key` for as long as `session` is open, and counts
+    /// Passes each message on `key` to `take` for as long as `session` is open, and counts
     /// what it refuses.
     pub(crate) fn begin(
         self: &Arc<Self>,

@@ -78,7 +78,7 @@ impl Info {
         self.nodes.iter().any(|name| name == node)
     }
 
-    /// Those of its nodes that `other` runs as well.
+    /// Its nodes that `other` runs as well.
     pub fn shared(&self, other: &Self) -> Vec<&str> {
         let nodes = self.nodes.iter().map(String::as_str);
         nodes.filter(|node| other.runs(node)).collect()
@@ -164,7 +164,7 @@ pub struct SentMessage {
 pub struct Read {
     /// The message.
     pub message: SentMessage,
-    /// The reader, by its place among those of the topic.
+    /// The reader, by its place at the topic.
     pub reader: usize,
     /// Number of newer messages that were there.
     pub newer: u64,

@@ -25,7 +25,7 @@ pub struct Recordings {
 }
 
 impl Recordings {
-    /// No recordings yet; those of later runs go to `destination`, if there is one.
+    /// Creates an empty list; later runs are recorded to `destination`, unless that is `None`.
     pub fn new(destination: Option<Destination>) -> Self {
         Self {
             on: destination.is_some(),
@@ -52,7 +52,7 @@ impl Recordings {
         }
     }
 
-    /// Ends the present recording, if there is one; later runs are recorded as before.
+    /// Ends the present recording; later runs are recorded as before.
     pub fn end(&mut self, reason: StopReason) {
         if let Some(recorder) = self.present.take() {
             recorder.end(reason);

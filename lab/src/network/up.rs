@@ -180,7 +180,7 @@ impl Drop for ChildProcess {
     }
 }
 
-/// A port that is free; the `asked` one, if there is one.
+/// A port that is free; the `asked` one, unless that is `None`.
 fn free_port(asked: Option<u16>) -> Result<u16, Error> {
     let port = asked.unwrap_or(USUAL_PORT);
     let tried = TcpListener::bind(("127.0.0.1", port)).and_then(|free| free.local_addr());

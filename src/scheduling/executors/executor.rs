@@ -132,7 +132,7 @@ static KINDS: [ExecutorKind; 6] = [
 /// let multi: Executor = "multi:2".parse()?;
 /// assert_eq!(multi.shares(), Some(2));
 /// assert_eq!(
-///     "multi".parse::<Executor>().unwrap_err(),
+///     "multi".parse::<Executor>().unwrap_err().to_string(),
 ///     "\"multi\" is not an executor: expected single, multi:THREADS, events, \
 ///      fixed-priority:CORES, edf:CORES or let"
 /// );

@@ -40,7 +40,7 @@ impl Lineage {
         self.topics.get(message.topic)?.message(message.seq)
     }
 
-    /// The index of a tick among those of its node that are known.
+    /// The index of a tick among the known ticks of its node.
     fn index_of(&self, tick: TickId) -> Option<usize> {
         let ticks = &self.nodes.get(tick.node)?.ticks;
         let index = place_of(ticks, tick.number, |known| known.tick.number);
@@ -190,7 +190,7 @@ impl Lineage {
         Some(all)
     }
 
-    /// Finds where the data of the newest tick of a node began, if those before it are settled: rows
+    /// Finds where the data of the newest tick of a node began, if all ticks before it are settled: rows
     /// nearly always come in an order in which that is so.
     pub(super) fn settle_newest(&mut self, node: usize) {
         let newest = self.nodes[node].ticks.len() - 1;
@@ -215,7 +215,7 @@ impl Lineage {
             open.extend(ticks.map(|(index, tick)| (tick.tick.at, node, record.settled + index)));
         }
         open.sort_unstable();
-        // Those of one instant may come in any order.
+        // Ticks of one instant may come in any order.
         let mut before = usize::MAX;
         while open.len() < before {
             before = open.len();

@@ -156,7 +156,7 @@ impl Lineage {
     }
 
     /// Returns the same lineage with at most this number of the newest messages and ticks kept per
-    /// topic and node: those of the last minute, and at least an eighth of the number.
+    /// topic and node: all of the last minute, and at least an eighth of the number.
     #[must_use]
     pub fn keeping(self, kept: usize) -> Self {
         Self { kept, ..self }

@@ -73,7 +73,7 @@ struct AgeWay {
 }
 
 impl RunAges {
-    /// Those of a run of `system` with an empty `lineage`, or one with all of it.
+    /// Creates the ages of a run of `system` with an empty `lineage`, or one with all of it.
     pub fn new(system: &dyn System, lineage: Lineage) -> Self {
         let chains = system.about().chains;
         // One of a single node reads nothing.
@@ -88,7 +88,7 @@ impl RunAges {
         let topology = lineage.topology();
         let pushes: Vec<usize> = match acts {
             Some((node, _)) => topology.node(node).into_iter().collect(),
-            // A graph of the library does not say who acts: those that push.
+            // A graph of the library does not say who acts: all nodes that push.
             None if chains.is_empty() => (0..topology.nodes.len()).collect(),
             None => Vec::new(),
         };
@@ -96,7 +96,7 @@ impl RunAges {
             Some(AgeWay {
                 chain,
                 topics,
-                ..AgeWay::of_push(topology.node(node)?, None)
+                ..AgeWay::for_push(topology.node(node)?, None)
             })
         });
         let sources: Vec<usize> = match acts {
@@ -106,7 +106,7 @@ impl RunAges {
         let ways = pushes.iter().flat_map(|node| {
             let sources = sources.iter().map(|source| Some(*source));
             let sources = [None].into_iter().chain(sources);
-            sources.map(|source| AgeWay::of_push(*node, source))
+            sources.map(|source| AgeWay::for_push(*node, source))
         });
         let ways = ways.chain(ends);
         Self {
@@ -157,7 +157,7 @@ impl RunAges {
         let mut ages: Vec<RunAge> = Vec::new();
         for age in ways.filter_map(|way| way.age(topology)) {
             match ages.last_mut() {
-                // The data of the first source are those of the push itself.
+                // The data of the first source are the data of the push itself.
                 Some(push) if age.is_beside && push.source.is_none() => push.source = age.source,
                 _ => ages.push(age),
             }
@@ -236,7 +236,7 @@ impl RunAge {
 
 impl AgeWay {
     /// That of the push of a node, with data from the node `source`.
-    fn of_push(node: usize, source: Option<usize>) -> Self {
+    fn for_push(node: usize, source: Option<usize>) -> Self {
         Self {
             chain: None,
             node,

@@ -74,7 +74,7 @@ type Sum<T> = Arc<Mutex<T>>;
 /// The figures of a system.
 type SystemTally = Box<dyn RunTally>;
 
-/// Has `add` take each message of a recorded topic into `sum`; `None` without such a topic.
+/// Adds each message of a recorded topic to `sum` by `add`; `None` without such a topic.
 fn listen<T: Send + 'static>(
     taps: &Taps,
     name: &str,
@@ -101,7 +101,7 @@ fn watch_cost(system: &dyn System, taps: &Taps) -> Option<Sum<MeanCost>> {
     Some(mean)
 }
 
-/// Begins to add up the figures of `system` in a run with `setup`, if it has any.
+/// Begins to add up the figures of `system` in a run with `setup`; `None` without figures.
 fn watch_figures(system: &dyn System, setup: &Setup, taps: &Taps) -> Option<Sum<SystemTally>> {
     let tally = system.tally(setup)?;
     let (names, tally) = (tally.topics(), Arc::new(Mutex::new(tally)));
@@ -118,7 +118,7 @@ impl Experiment {
     /// [`BuildError`] if the graph cannot be built or a setting is invalid.
     pub fn new(system: Arc<dyn System>, config: &Config) -> Result<Self, BuildError> {
         let config = config.resolved(&*system)?;
-        Self::of_resolved(system, config)
+        Self::from_resolved(system, config)
     }
 
     /// Builds the graph for running a recording again. The recorded run was turned by the
@@ -163,7 +163,7 @@ impl Experiment {
     ///
     /// # Errors
     /// [`BuildError`] if the graph cannot be built or a setting is invalid.
-    pub fn of_resolved(system: Arc<dyn System>, config: Config) -> Result<Self, BuildError> {
+    pub fn from_resolved(system: Arc<dyn System>, config: Config) -> Result<Self, BuildError> {
         Self::built(system, config, Default::default(), None)
     }
 

@@ -159,7 +159,7 @@ impl Experiment {
             ..self.config.clone()
         };
         config.setup.extend(knobs);
-        let run = Self::of_resolved(self.system.clone(), config).ok()?;
+        let run = Self::from_resolved(self.system.clone(), config).ok()?;
         let mut lineage = Lineage::new(run.observer().topology(), &[]);
         let tap = run.taps().heads(BACKLOG);
         let reader = thread::spawn(move || {

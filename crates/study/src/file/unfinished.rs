@@ -110,7 +110,7 @@ fn remove(path: &Path) {
     let _ = fs::remove_file(path).or_else(|_| fs::remove_dir(path));
 }
 
-/// Checks that the file at `path` may be replaced, if there is one: the folder decides whether it
+/// Checks that a file at `path` may be replaced: the folder decides whether it
 /// can be.
 ///
 /// # Errors

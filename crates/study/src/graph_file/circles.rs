@@ -1,4 +1,4 @@
-//! Circles of nodes: those that trigger each other, and those that wait for each other for ever.
+//! Circles of nodes that trigger each other, or wait for each other for ever.
 //!
 //! A node publishes nothing before it has read something: a node at a rate waits for the first
 //! message on any of its topics, a node that messages trigger for a message on each of its triggers.

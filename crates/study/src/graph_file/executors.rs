@@ -11,7 +11,7 @@ use super::{
 };
 
 impl GraphFile {
-    /// The executor of `node`, if it has one.
+    /// The executor of `node`; `None` for a node on its own.
     pub(super) fn executor_of(&self, node: &str) -> Option<&ExecutorSpec> {
         let mut executors = self.executors.iter();
         executors.find(|executor| holds(&executor.nodes, node))

@@ -29,7 +29,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A node ticks at a rate or on messages, on a thread of its own or on those of an executor.
+//! A node ticks at a rate or on messages, on a thread of its own or on a thread of an executor.
 //! It reads its topics at the beginning of a tick and publishes a message on each of its
 //! topics at the end of it. A message carries, for every chain that goes through its topic,
 //! the run time at which the data began: the tick of the first node of the chain. A node
@@ -87,7 +87,7 @@ pub struct GraphFile {
     limits: Vec<FigureLimit>,
     executors: Vec<ExecutorSpec>,
     inner: Option<InnerSpec>,
-    /// The messages per second of the simulator's clock, if it has one.
+    /// The messages per second of the simulator's clock; `None` without such a clock.
     clock_hz: Option<f64>,
 }
 

@@ -227,7 +227,7 @@ impl System for GraphSystem {
         }
         let limited = self.chains.iter().any(|chain| chain.limit.is_some());
         match exit {
-            _ if !limited => Verdict::of_exit(exit, at),
+            _ if !limited => Verdict::from_exit(exit, at),
             ClockExit::Completed => Verdict::new(self.verdicts[0], at),
             _ => Verdict::new(self.verdicts[1], at),
         }

@@ -27,7 +27,7 @@ struct GraphWires {
 }
 
 impl GraphWires {
-    fn of(system: &GraphSystem, builder: &mut Builder<'_>) -> Self {
+    fn new(system: &GraphSystem, builder: &mut Builder<'_>) -> Self {
         let mut topics: Vec<Topic<f64>> = Vec::new();
         for name in system.file.published().filter(|name| system.is_own(name)) {
             if topics.iter().all(|known| known.name() != name) {
@@ -68,7 +68,7 @@ impl GraphSystem {
 
     /// Adds the nodes of the file, but for those before a reader of the system.
     pub(super) fn add_nodes(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
-        let wires = GraphWires::of(self, builder);
+        let wires = GraphWires::new(self, builder);
         for (index, node) in self.file.nodes.iter().enumerate() {
             if self.relays().iter().all(|relay| relay.node != node.name) {
                 self.add_node(builder, index, node, &wires)?;

@@ -94,12 +94,12 @@ impl<'a> Builder<'a> {
         &mut self.graph
     }
 
-    /// Has a topic of the [graph](Self::graph) recorded.
+    /// Records a topic of the [graph](Self::graph).
     pub fn record<T: Fields + Payload>(&mut self, topic: &Topic<T>) {
         self.record_as(topic.clone(), T::FIELDS);
     }
 
-    /// Has a topic recorded with a name for each number of a message.
+    /// Records a topic with a name for each number of a message.
     pub fn record_as<T: Fields + Payload>(
         &mut self,
         topic: Topic<T>,
@@ -187,7 +187,7 @@ impl<'a> Builder<'a> {
         topics.find(|topic| topic.name() == name).cloned()
     }
 
-    /// Has `relays` inserted where the system offers it; see [`Builder::through`].
+    /// Inserts `relays` where the system offers it; see [`Builder::through`].
     pub(crate) fn insert(&mut self, relays: Vec<ForwardingNode>) {
         self.relays = relays;
     }
@@ -304,7 +304,7 @@ impl<'a> Builder<'a> {
         Ok(graph.restartable_node(name, release, priority, build, message)?)
     }
 
-    /// Has an executor run these nodes; see [`Graph::executor`].
+    /// Runs these nodes by an executor; see [`Graph::executor`].
     ///
     /// # Errors
     /// [`BuildError`] if the executor cannot have one of them.

@@ -48,7 +48,7 @@ struct ChainStep {
     topic: usize,
     from: usize,
     to: usize,
-    /// The reader of the next node, by its place among those of the topic.
+    /// The reader of the next node, by its place at the topic.
     reader: usize,
     data: Mutex<StepData>,
 }

@@ -119,7 +119,7 @@ pub trait System: Send + Sync + 'static {
     /// [`BuildError`] if the graph cannot be built.
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError>;
 
-    /// The system in the middle of this one, if there is one. What this one does not say
+    /// The system in the middle of this one; `None` without one. What this one does not say
     /// itself is as that one says.
     fn inner(&self) -> Option<&dyn System> {
         None
@@ -154,7 +154,7 @@ pub trait System: Send + Sync + 'static {
     fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
         match self.inner() {
             Some(inner) => inner.verdict(exit, at, state),
-            None => Verdict::of_exit(exit, at),
+            None => Verdict::from_exit(exit, at),
         }
     }
 
@@ -177,7 +177,7 @@ pub trait System: Send + Sync + 'static {
         self.finals(state)
     }
 
-    /// What adds up figures of a run with `setup`, if there are any beside those of every run.
+    /// What adds up figures of a run with `setup` beside the figures of every run; `None` without any.
     fn tally(&self, setup: &Setup) -> Option<Box<dyn RunTally>> {
         self.inner()?.tally(setup)
     }
@@ -286,12 +286,12 @@ impl dyn System + '_ {
         self.about().aliases
     }
 
-    /// The quadratic cost of its states, if it has one.
+    /// The quadratic cost of its states; `None` without one.
     pub fn quadratic_cost(&self) -> Option<QuadraticCost> {
         self.about().quadratic_cost
     }
 
-    /// The topic with the data ages of its chains, if there are any.
+    /// The topic with the data ages of its chains; `None` without chains.
     pub fn chains(&self) -> Option<&'static str> {
         (!self.about().chains.is_empty()).then_some(CHAINS)
     }

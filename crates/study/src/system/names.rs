@@ -44,7 +44,7 @@ pub fn unit(name: &str, kind: KnobKind) -> &'static str {
     }
 }
 
-/// Name of a node in texts: from the alias for its rate, if it has one.
+/// Name of a node in texts: from the alias for its rate, else its own.
 pub fn node_label(system: &dyn System, node: &str) -> String {
     let rate = rate_alias(system, |of| of == node);
     label(rate.map_or(node, |alias| alias.name))

@@ -15,7 +15,7 @@ pub trait RunTally: Send {
 /// A figure of a whole run, for tables and programs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SystemFigure {
-    /// The block of figures that it belongs to, if it has one.
+    /// The block of figures that it belongs to; `None` for a figure on its own.
     pub block: Option<&'static str>,
     /// Name, such as `stalls`.
     pub name: &'static str,

@@ -56,7 +56,7 @@ impl Verdict {
     }
 
     /// The verdict on a run of which only the reason for its end is known.
-    pub fn of_exit(exit: &ClockExit, at: Time) -> Self {
+    pub fn from_exit(exit: &ClockExit, at: Time) -> Self {
         let kind = match exit {
             ClockExit::Completed => &VerdictKind::COMPLETED,
             ClockExit::Ended { .. } => &VerdictKind::ENDED,

@@ -27,7 +27,7 @@ const BYTES: usize = 64;
 /// Silence after which a receiver of datagrams looks whether the sender has ended.
 const SILENCE: Duration = Duration::from_millis(200);
 
-/// Has the task of a sender: way, address and rate.
+/// Does the task of a sender: way, address and rate.
 pub const SENDER: &str = "RATELAB_HOP";
 
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -72,7 +72,7 @@ fn runs(
     let run = |seed: u64| -> Result<Option<CheckedRun>, Error> {
         let mut seeded = config.clone();
         seeded.seed = seed;
-        let experiment = Experiment::of_resolved(system.clone(), seeded)?;
+        let experiment = Experiment::from_resolved(system.clone(), seeded)?;
         let summary = experiment.run_until(&interrupt)?;
         Ok(summary.map(|summary| checked(&**system, seed, &summary)))
     };

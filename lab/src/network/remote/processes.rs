@@ -17,13 +17,13 @@ use ratelab_recording::ProcessRecord;
 /// Time without a report after which a process counts as gone.
 pub(super) const GONE: Duration = Duration::from_millis(500);
 
-/// All processes that were there, without those that were replaced.
+/// All processes that were there, without replaced ones.
 #[derive(Default)]
 pub struct Processes {
     /// The one that listens, and how its run began.
     pub(super) hub: Option<Info>,
     pub(super) all: HashMap<u64, Process>,
-    /// Those that are connected.
+    /// The processes that are connected.
     present: HashSet<u64>,
     /// How far their clocks are ahead of ours.
     clocks: HashMap<ClockId, Estimate>,

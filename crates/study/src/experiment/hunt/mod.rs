@@ -238,7 +238,7 @@ impl Hunt {
         if verdicts.iter().all(|verdict| !verdict.lost) {
             return Err(HuntError::NeverLost(self.system.name()));
         }
-        let graph = Experiment::of_resolved(self.system.clone(), resolved.base.clone())?;
+        let graph = Experiment::from_resolved(self.system.clone(), resolved.base.clone())?;
         let mut setup = self.system.about().setup();
         setup.extend(resolved.base.setup.iter().cloned());
         let budget = &budget.fitted(&graph.observer().topology(), &setup);

@@ -47,7 +47,7 @@ impl<'h> Trials<'h> {
     /// The summary of the run with the faults of `list`; `None` if it was stopped.
     pub fn summary(&self, list: &[FaultPart]) -> Result<Option<Summary>, HuntError> {
         let config = self.hunt.with(&self.budget.knobs(list));
-        let experiment = Experiment::of_resolved(self.hunt.system.clone(), config)?;
+        let experiment = Experiment::from_resolved(self.hunt.system.clone(), config)?;
         Ok(experiment.run_until(&self.hunt.interrupt)?)
     }
 

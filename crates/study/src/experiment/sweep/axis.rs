@@ -50,7 +50,7 @@ pub trait Quantity: Copy {
     fn read(text: &str) -> Result<i128, String>;
 
     /// The value of so many units, which lie between those of two values.
-    fn of_units(units: i128) -> Self;
+    fn from_units(units: i128) -> Self;
 }
 
 fn parsed<T: FromStr<Err: fmt::Display>>(text: &str) -> Result<T, String> {
@@ -64,7 +64,7 @@ impl Quantity for Hz {
         Ok(parsed::<Self>(text)?.as_micro().into())
     }
 
-    fn of_units(units: i128) -> Self {
+    fn from_units(units: i128) -> Self {
         Self::from_micro(units as u64)
     }
 }
@@ -76,7 +76,7 @@ impl Quantity for Depth {
         Ok(parsed::<Self>(text)?.get() as i128)
     }
 
-    fn of_units(units: i128) -> Self {
+    fn from_units(units: i128) -> Self {
         Self::new(units as usize).unwrap_or(Self::MAX)
     }
 }
@@ -91,7 +91,7 @@ impl Quantity for u64 {
         seed.map(i128::from).map_err(|_| expected())
     }
 
-    fn of_units(units: i128) -> Self {
+    fn from_units(units: i128) -> Self {
         units as u64
     }
 }
@@ -111,7 +111,7 @@ impl Quantity for Decimal {
         })
     }
 
-    fn of_units(units: i128) -> Self {
+    fn from_units(units: i128) -> Self {
         Self(units as i64)
     }
 }
@@ -179,7 +179,7 @@ impl<T: Quantity> FromStr for Axis<T> {
                 if values.len() == MAX_CELLS {
                     return Err(AxisError::TooMany(text.to_owned()));
                 }
-                values.push(T::of_units(units));
+                values.push(T::from_units(units));
             }
         }
         Ok(Self(values))

@@ -266,7 +266,7 @@ impl Sweep {
         interrupt: &Interrupt,
     ) -> Result<Option<CellResult>, SweepError> {
         let which = || Box::new(cell.clone());
-        let experiment = Experiment::of_resolved(self.system.clone(), self.config(cell));
+        let experiment = Experiment::from_resolved(self.system.clone(), self.config(cell));
         let mut experiment = experiment.map_err(|source| SweepError::Build {
             cell: which(),
             source,
