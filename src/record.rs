@@ -98,7 +98,7 @@ pub enum TopicRecord<'a> {
         seq: u64,
         /// Sequence number of the newest message that was there.
         newest: u64,
-        /// The age of the message.
+        /// Run time since the stamp of the message.
         age: Duration,
     },
     /// A match has chosen a message for the next tick of a reader.
@@ -117,15 +117,16 @@ pub enum TopicRecord<'a> {
 /// A message without its payload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Head {
-    /// Run time at which it was published: its stamp, unless a clock is wrong.
+    /// Run time at which it was published.
     pub at: Time,
     /// The tick that published it; `None` for a publisher outside of the graph's nodes.
     pub by: Option<TickId>,
-    /// Run time of publication, as the clock of its node shows it.
+    /// The same time, as the clock of its node shows it.
     pub stamp: Time,
     /// Position in the topic's history, counted from zero.
     pub seq: u64,
-    /// Run time of the sensing that it was derived from, if known.
+    /// Time of the sensing that it was derived from, as the clock of the node that sensed shows it: the
+    /// header stamp. `None` if the data begin with this message.
     pub origin: Option<Time>,
     /// What it was derived from.
     pub from: Derived,
