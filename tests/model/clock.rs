@@ -3,8 +3,8 @@
 use std::sync::Mutex;
 
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, Fault, Flow, Graph, Inbox, Node, Tick, TickResult, Time,
-    Topic, run,
+    Clock, ClockExit, ClockKind, Command, Fault, Flow, Graph, Inbox, Node, NodeError, Tick,
+    TickResult, Time, Topic, run,
 };
 use ratelab_account::TapHandle;
 use ratelab_real_clock::RealClock;
