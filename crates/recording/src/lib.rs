@@ -37,7 +37,7 @@ pub use recorder::{
     Source, StopReason, Tapped, outside,
 };
 pub use replay::Replay;
-pub use rrd::{ReadError, RrdFormat, VIEWER, Viewer};
+pub use rrd::{ReadError, RrdFormat, VIEWER, Viewer, ViewerError};
 pub use run::{
     Origin, OtherRun, ProcessRecord, Recording, RecordingEnd, RunResult, RunRows, RunStatus,
     VerdictRecord, end_of,

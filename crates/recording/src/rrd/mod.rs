@@ -47,7 +47,7 @@ pub use curves::{Curve, CurvePlot, CurvePlots};
 pub use file::RecordingFile;
 pub use format::RrdFormat;
 pub use reader::ReadError;
-pub use viewer::{VIEWER, Viewer};
+pub use viewer::{VIEWER, Viewer, ViewerError};
 
 /// Returns the version of rerun for which files are written.
 pub fn rerun_version() -> String {
