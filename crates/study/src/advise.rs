@@ -14,7 +14,7 @@ use crate::{
     system::{Setup, System},
 };
 
-/// The most changes that are tried, those of the oldest parts first.
+/// The most changes that are tried, first for the oldest parts.
 const MOST: usize = 200;
 
 /// The parts of a cost or a delay that are tried in its place.

@@ -1,6 +1,6 @@
 //! The phases of nodes: when in its period each one is due.
 //!
-//! Nodes of a graph are due together at run time zero, and those with a common period ever after.
+//! Nodes of a graph are due together at run time zero, and nodes with a common period ever after.
 //! Of such a tie virtual time has one order. On threads the phases differ from start to start, so
 //! the age of a run in virtual time is one of many.
 

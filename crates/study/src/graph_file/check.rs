@@ -167,7 +167,7 @@ fn node(block: &Block, divided: Option<Hz>, all: &mut Vec<PlacedKnob>) -> Checke
     })
 }
 
-/// The clocks of nodes that get the time from messages, but for those with a clock of their own.
+/// The clocks of nodes that get the time from messages, except nodes with a clock of their own.
 fn simulated_clocks(block: &Block, file: &GraphFile) -> Checked<Vec<PlacedKnob>> {
     let period = block.number("rate").map_or(0.0, |hz| 1e9 / hz);
     let error = format!("0 0 {}", period.round() / 1e6);

@@ -117,7 +117,7 @@ struct NodeSpec {
 }
 
 impl NodeSpec {
-    /// All topics that it reads, those first that trigger it.
+    /// All topics that it reads, first the ones that trigger it.
     fn inputs(&self) -> impl Iterator<Item = &Placed> {
         self.triggers.iter().chain(&self.reads)
     }

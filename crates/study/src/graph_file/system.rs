@@ -20,7 +20,7 @@ pub struct GraphSystem {
     pub(super) file: GraphFile,
     pub(super) middle: Option<Middle>,
     pub(super) topology: OnceLock<Topology>,
-    /// Its settings, behind those of the system in its middle.
+    /// Its settings, behind the settings of the system in its middle.
     settings: Vec<Knob>,
     pub(super) chains: Vec<DataChain>,
     signals: Vec<Signal>,
@@ -117,7 +117,7 @@ impl GraphSystem {
     }
 }
 
-/// The plots: those of the system in the middle, then the data age of each chain.
+/// The plots: first of the system in the middle, then the data age of each chain.
 fn signals(file: &GraphFile, inner: Option<&dyn System>) -> Vec<Signal> {
     let inner = inner.map_or(&[][..], System::signals).iter().copied();
     let ages = file.chains.iter().zip(PEAKS).map(|(spec, value)| {
@@ -150,7 +150,7 @@ fn usual_age(file: &GraphFile, chain: &ChainSpec) -> f64 {
     }
 }
 
-/// The nodes at the ends of chains share the ages, and those of an executor its threads.
+/// The nodes at the ends of chains share the ages, the nodes of an executor its threads.
 fn groups(file: &GraphFile, chains: &[DataChain]) -> Vec<Group> {
     let mut nodes: Vec<&str> = chains.iter().map(DataChain::last).collect();
     nodes.sort_unstable();

@@ -66,7 +66,7 @@ impl GraphSystem {
         published && self.relays().iter().all(|relay| relay.to != topic)
     }
 
-    /// Adds the nodes of the file, but for those before a reader of the system.
+    /// Adds the nodes of the file, except nodes before a reader of the system.
     pub(super) fn add_nodes(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
         let wires = GraphWires::new(self, builder);
         for (index, node) in self.file.nodes.iter().enumerate() {

@@ -26,7 +26,7 @@ pub struct About<'s> {
     pub table: Option<StateTable>,
     /// The quadratic cost of its states: it rates runs that are not lost.
     pub quadratic_cost: Option<QuadraticCost>,
-    /// Its settings. Those of a run replace them.
+    /// Its settings. The settings of a run replace them.
     pub settings: &'s [Knob],
     /// The rates that follow others.
     pub dividers: &'s [Divider],

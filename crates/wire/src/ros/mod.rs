@@ -161,7 +161,7 @@ impl Ros {
         }))
     }
 
-    /// Follows the publishers, and tells the inlets of those that are gone.
+    /// Follows the publishers, and tells the inlets which ones are gone.
     fn follow(&self) -> Result<(), WireError> {
         let all = format!("@ros2_lv/{}/*/*/*/MP/**", self.domain);
         let (publishers, inlets) = (self.publishers.clone(), self.part.inlets.clone());

@@ -112,7 +112,7 @@ impl RemoteRun {
         let mut infos = self.follower.processes();
         let present = infos.iter().map(|info| info.incarnation);
         self.processes.set_present(present);
-        // The others' times are those of its run.
+        // The others' times are times of its run.
         infos.sort_by_key(|info| !info.is_hub);
         let mut new_run = false;
         for info in infos {

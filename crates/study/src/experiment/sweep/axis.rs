@@ -49,7 +49,7 @@ pub trait Quantity: Copy {
     /// A message with the invalid text and the expected form.
     fn read(text: &str) -> Result<i128, String>;
 
-    /// The value of so many units, which lie between those of two values.
+    /// The value of so many units, which lie between the units of two values.
     fn from_units(units: i128) -> Self;
 }
 
