@@ -30,8 +30,8 @@ pub trait Sink: Any + Send + Sync {
 /// What a node did, or what happened to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NodeRecord {
-    /// It begins a tick that lasts, at this run time: one that takes run time. Others are over as they
-    /// begin.
+    /// It begins a tick that takes run time, at this run time. Other ticks send
+    /// [`NodeRecord::Ticked`] only.
     Began(Time),
     /// A tick that lasted is over.
     Ended,

@@ -24,8 +24,10 @@ impl Schedule {
     ) -> Result<(), KnobRefusal> {
         slot.check(knob)?;
         match knob {
-            Knob::Send { .. } | Knob::Parameter { .. } => Ok(()),
-            Knob::Crash { .. } | Knob::Restart { .. } => Ok(()),
+            Knob::Send { .. }
+            | Knob::Parameter { .. }
+            | Knob::Crash { .. }
+            | Knob::Restart { .. } => Ok(()),
             knob => {
                 let (task_set, member) = self.place(node);
                 self.task_sets[task_set].scheduler.check(member, knob)

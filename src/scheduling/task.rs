@@ -31,7 +31,7 @@ pub(crate) struct Task {
     stamp_clock: Option<LocalClock>,
     offset: Duration,
     /// What becomes of due times that pass while it is busy.
-    late: Overrun,
+    overrun: Overrun,
     /// The topics that trigger it; it has no use for its rate then.
     pub(crate) trigger: Option<Trigger>,
     /// Duration of a tick.
@@ -84,7 +84,7 @@ impl Task {
             clock: None,
             stamp_clock: None,
             offset: Duration::ZERO,
-            late: Overrun::default(),
+            overrun: Overrun::default(),
             trigger,
             takes: Cost::NONE,
             wakes: Draw::NONE,
@@ -163,7 +163,7 @@ impl Task {
     #[inline]
     pub(crate) fn skip_before(&mut self, time: Time, plan: &Timetable<'_>) {
         if !self.is_triggered() && self.when(self.rate.due()) < time {
-            self.skip_impatient(time - self.late.patience(self.rate.hz()), plan);
+            self.skip_impatient(time - self.overrun.patience(self.rate.hz()), plan);
         }
     }
 
@@ -241,7 +241,7 @@ impl Task {
         }
         let hang = self.hang.take();
         let asked = !self.takes.draw.is_none();
-        hang.or_else(|| asked.then(|| self.takes.draw.draw(self.chance("takes"), number)))
+        hang.or_else(|| asked.then(|| self.takes.draw.sample(self.chance("takes"), number)))
     }
 
     /// Lateness of the next tick.
@@ -250,7 +250,7 @@ impl Task {
         if !self.has_times {
             return Duration::ZERO;
         }
-        self.wakes.draw(self.chance("wakes"), self.number)
+        self.wakes.sample(self.chance("wakes"), self.number)
     }
 
     fn chance<'a>(&'a self, what: &'a str) -> Chance<'a> {
@@ -382,7 +382,7 @@ impl Task {
                 Knob::Wakes { node, lateness }
             }
             Knob::Late { overrun, .. } => {
-                let overrun = replace(&mut self.late, *overrun);
+                let overrun = replace(&mut self.overrun, *overrun);
                 Knob::Late { node, overrun }
             }
             Knob::Hang { cost, .. } => {

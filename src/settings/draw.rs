@@ -96,7 +96,7 @@ impl Draw {
 
     /// Draw number `n` of a chance. A graph refuses a draw whose file is not loaded, so there is
     /// always one.
-    pub(crate) fn draw(&self, chance: Chance<'_>, n: u64) -> Duration {
+    pub(crate) fn sample(&self, chance: Chance<'_>, n: u64) -> Duration {
         match self {
             Self::Constant(duration) => *duration,
             Self::Measured(measured) if measured.is_in_order() => {

@@ -24,7 +24,7 @@ pub(crate) struct LinkChannel {
     topic: String,
     link: Link,
     /// Whether a burst of losses is in progress.
-    bad: bool,
+    in_burst: bool,
     lose: BTreeSet<u64>,
     postpone: BTreeMap<u64, Duration>,
     /// Time of the latest delivery so far.
@@ -38,7 +38,7 @@ impl LinkChannel {
             seed,
             topic: topic.to_owned(),
             link: Link::NONE,
-            bad: false,
+            in_burst: false,
             lose: BTreeSet::new(),
             postpone: BTreeMap::new(),
             latest: Time::ZERO,
@@ -72,12 +72,12 @@ impl LinkChannel {
             return false;
         };
         let u = self.chance("burst").uniform(seq);
-        self.bad = if self.bad {
+        self.in_burst = if self.in_burst {
             u >= 1.0 / length
         } else {
             u < start
         };
-        self.bad
+        self.in_burst
     }
 
     fn chance<'a>(&'a self, what: &'a str) -> Chance<'a> {
@@ -94,7 +94,7 @@ impl LinkChannel {
     /// message that is delivered after a later one is overtaken, and nobody reads it.
     pub(crate) fn deliver_at(&mut self, seq: u64, now: Time) -> Option<Time> {
         let late = self.time_lost(seq)?;
-        let mut at = now + late + self.link.delay.draw(self.chance("delay"), seq);
+        let mut at = now + late + self.link.delay.sample(self.chance("delay"), seq);
         if self.link.in_order || self.link.reliable.is_some() {
             at = at.max(self.latest);
         }
@@ -116,7 +116,7 @@ impl LinkChannel {
         match knob {
             Knob::Link { topic, link } => {
                 // It begins without a burst.
-                self.bad = false;
+                self.in_burst = false;
                 Ok(Knob::Link {
                     topic: topic.clone(),
                     link: std::mem::replace(&mut self.link, link.clone()),

@@ -6,7 +6,7 @@ use ratelab::{Graph, Head, MessageId, NodeRecord, RunState, Sink, TopicRecord, s
 
 use super::{
     accounts::Accounts,
-    node::{NodeAccount, TickRecord, TopicRead},
+    node::{NodeAccount, TickCauses, TickRecord, TopicRead},
     tap::Listeners,
 };
 
@@ -72,6 +72,10 @@ impl Sink for AccountSink {
         };
         account.add(record);
         if let NodeRecord::Ticked(times) = record {
+            if !self.ticks[node].are_any() {
+                account.causes = TickCauses::default();
+                return;
+            }
             let tick = account.newest_tick(times);
             // The run may wait for a full tap, but not with a lock.
             drop(account);

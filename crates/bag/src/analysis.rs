@@ -15,12 +15,12 @@ use crate::{
     parallel::each,
     pauses::{Pause, moved, pauses},
     period::period,
-    stamps::{MOST_RELATED, Relations, TopicEvents, is_stamped},
+    stamps::{MAX_RELATED, Relations, TopicEvents, is_stamped},
     threads::{busy_until, shared},
 };
 
 /// The most topics that are guessed about.
-const MOST_GUESSED: usize = 200;
+const MAX_GUESSED: usize = 200;
 
 /// The time at which the data of a message began.
 #[derive(Clone, Debug)]
@@ -136,7 +136,7 @@ impl Analysis {
                 self.series[*topic].is_stamped && self.relations.leaders[*topic] == *topic
             };
             let leaders = (0..self.series.len()).filter(is_leader);
-            let leaders: Vec<usize> = leaders.take(MOST_RELATED).collect();
+            let leaders: Vec<usize> = leaders.take(MAX_RELATED).collect();
             let found = self.found();
             let periods = each(&leaders, |topic| match known.get(topic) {
                 Some(known) => *known,
@@ -297,7 +297,7 @@ impl Analysis {
             let ages = self.begun(*topic, *topic).into_iter();
             is_root && median(ages.map(|(event, begin)| event - begin).collect()) < (2 * MS) as f64
         };
-        let open = (0..self.series.len()).filter(is_open).take(MOST_GUESSED);
+        let open = (0..self.series.len()).filter(is_open).take(MAX_GUESSED);
         self.guesses = open
             .filter_map(|topic| guess(&self.series, topic))
             .collect();

@@ -6,13 +6,13 @@ use std::{collections::HashMap, fmt};
 pub const NO_STAMP: i64 = i64::MIN;
 
 /// The most messages that are kept, which bounds the memory.
-pub const MOST_MESSAGES: usize = 5_000_000;
+pub const MAX_MESSAGES: usize = 5_000_000;
 
 /// The most topics that are kept.
-pub const MOST_TOPICS: usize = 10_000;
+pub const MAX_TOPICS: usize = 10_000;
 
 /// The longest name of a topic that is kept (bytes).
-const LONGEST_NAME: usize = 4_096;
+const MAX_NAME: usize = 4_096;
 
 /// Differences of times up to this one never overflow (ns).
 const FAR: i64 = 1 << 61;
@@ -163,7 +163,7 @@ impl Gathering {
             return Some(*place);
         }
         let place = self.topics.len();
-        if place >= MOST_TOPICS || name.len() > LONGEST_NAME {
+        if place >= MAX_TOPICS || name.len() > MAX_NAME {
             return None;
         }
         self.places.insert(name.to_owned(), place);
@@ -190,7 +190,7 @@ impl Gathering {
         let Some(log) = time(raw.log) else {
             return false;
         };
-        if self.messages >= MOST_MESSAGES {
+        if self.messages >= MAX_MESSAGES {
             return false;
         }
         self.messages += 1;
@@ -215,7 +215,7 @@ impl Gathering {
 
     /// Whether no more messages are kept.
     pub fn is_full(&self) -> bool {
-        self.messages >= MOST_MESSAGES
+        self.messages >= MAX_MESSAGES
     }
 
     /// Notes a part of `file` that could not be used.

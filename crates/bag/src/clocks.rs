@@ -12,7 +12,7 @@ const SAME_CLOCK: (i64, i64) = (-MS / 5, 5 * MS);
 const SAME_GROUP: (i64, f64) = (3 * MS, 5e-6);
 
 /// The fewest messages whose clock is looked at.
-const FEWEST: usize = 10;
+const MIN_COUNT: usize = 10;
 
 /// How a clock differs from the recorder's: it is `shift` and `slope` behind.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -169,7 +169,7 @@ impl Clocks {
 
 /// How the times of a topic with enough messages lie to each other.
 fn line(topic: usize, of: &BagTopic) -> Option<ClockLine> {
-    if of.messages.len() < FEWEST {
+    if of.messages.len() < MIN_COUNT {
         return None;
     }
     let points = of.messages.iter();
@@ -193,7 +193,7 @@ fn line(topic: usize, of: &BagTopic) -> Option<ClockLine> {
 /// millisecond over the whole.
 pub fn slope(points: &[(i64, i64)]) -> f64 {
     const WINDOWS: i64 = 12;
-    const FEWEST_WINDOWS: usize = 6;
+    const MIN_WINDOWS: usize = 6;
     let (Some((first, _)), Some((last, _))) = (points.first(), points.last()) else {
         return 0.0;
     };
@@ -210,7 +210,7 @@ pub fn slope(points: &[(i64, i64)]) -> f64 {
             least.extend(value.map(|value| (middle, value as f64)));
         }
     }
-    if least.len() < FEWEST_WINDOWS {
+    if least.len() < MIN_WINDOWS {
         return 0.0;
     }
     let pairs = least.iter().enumerate().flat_map(|(place, one)| {

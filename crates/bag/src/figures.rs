@@ -6,7 +6,7 @@ use crate::{
 };
 
 /// The fewest messages of a topic whose gaps count.
-const FEWEST: usize = 10;
+const MIN_COUNT: usize = 10;
 
 /// A distribution of times (ns).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -107,7 +107,7 @@ impl TopicFigures {
 
 /// The gaps among `intervals`: more than three medians.
 fn gaps(topic: &BagTopic, intervals: &[i64]) -> Vec<Gap> {
-    if topic.messages.len() < FEWEST {
+    if topic.messages.len() < MIN_COUNT {
         return Vec::new();
     }
     let usual = quantile(&mut intervals.to_vec(), 500);

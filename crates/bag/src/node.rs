@@ -85,7 +85,7 @@ impl BagNode {
 }
 
 /// The most topics that a node is tried with.
-const MOST_CANDIDATES: usize = 24;
+const MAX_CANDIDATES: usize = 24;
 
 /// What nodes are found in.
 #[derive(Clone, Copy, Debug)]
@@ -131,7 +131,7 @@ impl NodeSearch<'_> {
                 .map_or(f64::MAX, |of| of.delay)
         };
         near.sort_by(|one, other| delay(*one).total_cmp(&delay(*other)));
-        near.truncate(MOST_CANDIDATES);
+        near.truncate(MAX_CANDIDATES);
         let before = ends_before(series);
         let found = near.iter().map(|a| self.candidate(*a, b, period, &before));
         let Some(chosen) = chosen(found.collect()) else {

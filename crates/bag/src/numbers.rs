@@ -1,4 +1,4 @@
-//! Distribution and means of times.
+//! Quantiles and medians of times.
 
 /// One millisecond (ns).
 pub const MS: i64 = 1_000_000;
@@ -11,7 +11,7 @@ pub fn nearest(value: f64) -> i64 {
     value.round() as i64
 }
 
-/// The place (from 0) of the quantile `percent` per cent of `count` sorted values.
+/// The place (from 0) of the quantile of `count` sorted values by nearest rank, in thousandths.
 fn place(count: usize, permille: usize) -> usize {
     (count * permille).div_ceil(1_000).max(1) - 1
 }

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use crate::numbers::{median_f64, nearest};
 
 /// The fewest events that a period is looked for in.
-const FEWEST: usize = 16;
+const MIN_COUNT: usize = 16;
 
 /// The most events of the first look.
 const MOST: usize = 2_048;
@@ -25,7 +25,7 @@ pub struct EventPeriod {
 pub fn period(events: &[i64]) -> Option<EventPeriod> {
     let mut distinct = events.to_vec();
     distinct.dedup();
-    if distinct.len() < FEWEST {
+    if distinct.len() < MIN_COUNT {
         return None;
     }
     let times: Vec<f64> = distinct

@@ -8,7 +8,7 @@ use crate::{
 };
 
 /// The most topics whose relations are looked for: with each other one.
-pub const MOST_RELATED: usize = 700;
+pub const MAX_RELATED: usize = 700;
 
 /// Whether the messages of a topic have stamps to go by.
 pub fn is_stamped(messages: &[BagMessage]) -> bool {
@@ -223,7 +223,7 @@ impl Relations {
 /// The pairs of topics with eight stamps or more in common.
 fn common(series: &[TopicEvents]) -> Vec<(usize, usize)> {
     let stamped = series.iter().enumerate().filter(|(_, of)| of.is_stamped);
-    let stamped = stamped.take(MOST_RELATED);
+    let stamped = stamped.take(MAX_RELATED);
     let stamps = stamped.flat_map(|(topic, of)| of.firsts().map(move |(stamp, _)| (stamp, topic)));
     let mut stamps: Vec<(i64, usize)> = stamps.collect();
     stamps.sort_unstable();

@@ -3,16 +3,16 @@
 use crate::numbers::{MS, quantile};
 
 /// The fewest runs of a node that is looked at.
-const FEWEST: usize = 50;
+const MIN_COUNT: usize = 50;
 
 /// The most nodes that are looked at, each with each other one.
 const MOST: usize = 100;
 
 /// The fewest runs that are expected to end during another one.
-const FEWEST_EXPECTED: f64 = 30.0;
+const MIN_EXPECTED: f64 = 30.0;
 
 /// The part of them that may be seen.
-const MOST_SEEN: f64 = 0.1;
+const MAX_SEEN: f64 = 0.1;
 
 /// Runs this close to an end of another one tell nothing (ns).
 const MARGIN: i64 = MS / 10;
@@ -23,13 +23,13 @@ pub fn shared(runs: &[Vec<(i64, i64)>]) -> Vec<Vec<usize>> {
     let runs = &runs[..runs.len().min(MOST)];
     for (one, of_one) in runs.iter().enumerate() {
         for (other, of_other) in runs.iter().enumerate().skip(one + 1) {
-            if of_one.len() < FEWEST || of_other.len() < FEWEST {
+            if of_one.len() < MIN_COUNT || of_other.len() < MIN_COUNT {
                 continue;
             }
             let (expected, seen) = during(of_one, of_other);
             let (others_expected, others_seen) = during(of_other, of_one);
             let (expected, seen) = (expected + others_expected, seen + others_seen);
-            if expected >= FEWEST_EXPECTED && seen as f64 <= MOST_SEEN * expected {
+            if expected >= MIN_EXPECTED && seen as f64 <= MAX_SEEN * expected {
                 join(&mut groups, one, other);
             }
         }

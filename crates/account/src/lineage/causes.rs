@@ -154,7 +154,8 @@ impl Lineage {
     /// When the data of a message began; `None` while the tick that published it is not settled.
     fn beginnings_of(&self, message: MessageId) -> Option<Beginnings> {
         let Some(sent) = self.head(message) else {
-            let newest = self.topics.get(message.topic)?.sent.back();
+            let topic = self.topics.get(message.topic);
+            let newest = topic.and_then(|topic| topic.sent.back());
             let is_to_come = newest.is_some_and(|newest| newest.seq < message.seq);
             return (!is_to_come).then(Beginnings::new); // Otherwise it is forgotten.
         };
@@ -194,12 +195,16 @@ impl Lineage {
     /// nearly always come in an order in which that is so.
     pub(super) fn settle_newest(&mut self, node: usize) {
         let newest = self.nodes[node].ticks.len() - 1;
-        if self.nodes[node].settled < newest || matches!(self.way, DataWay::Along(_)) {
-            return;
-        }
-        let beginnings = self.beginnings_behind(&self.nodes[node].ticks[newest]);
-        self.nodes[node].settled += usize::from(beginnings.is_some());
-        self.nodes[node].ticks[newest].beginnings = beginnings;
+        let is_next = self.nodes[node].settled == newest && !matches!(self.way, DataWay::Along(_));
+        self.nodes[node].settled += usize::from(is_next && self.settle_tick(node, newest));
+    }
+
+    /// Finds where the data of a tick began; `false` while the ticks behind it have not come.
+    fn settle_tick(&mut self, node: usize, index: usize) -> bool {
+        let beginnings = self.beginnings_behind(&self.nodes[node].ticks[index]);
+        let worked = &mut self.nodes[node].ticks[index];
+        worked.beginnings = beginnings;
+        worked.beginnings.is_some()
     }
 
     /// Finds where the data of all ticks began that have come since, as far as the ticks behind
@@ -219,11 +224,7 @@ impl Lineage {
         let mut before = usize::MAX;
         while open.len() < before {
             before = open.len();
-            open.retain(|(_, node, index)| {
-                let beginnings = self.beginnings_behind(&self.nodes[*node].ticks[*index]);
-                self.nodes[*node].ticks[*index].beginnings = beginnings;
-                self.nodes[*node].ticks[*index].beginnings.is_none()
-            });
+            open.retain(|(_, node, index)| !self.settle_tick(*node, *index));
         }
         for record in &mut self.nodes {
             let ticks = record.ticks.range(record.settled..);

@@ -27,16 +27,16 @@ const MESSAGE_HEAD: u64 = 22;
 const CHUNK_HEAD: usize = 32;
 
 /// The most messages of a chunk.
-const MOST_IN_CHUNK: usize = 2_000_000;
+const MAX_IN_CHUNK: usize = 2_000_000;
 
 /// The longest name of a compression.
-const LONGEST_NAME: u64 = 16;
+const MAX_NAME: u64 = 16;
 
 /// The longest schema or channel (bytes).
-const LONGEST_TEXT: u64 = 4 << 20;
+const MAX_TEXT: u64 = 4 << 20;
 
 /// The most schemas that are kept.
-const MOST_SCHEMAS: usize = 10_000;
+const MAX_SCHEMAS: usize = 10_000;
 
 /// Bytes that are read at once.
 const PORTION: usize = 256 << 10;
@@ -147,7 +147,7 @@ impl McapContent {
                     self.add(channel, raw, reading);
                 }
             }
-            op::SCHEMA | op::CHANNEL if length <= LONGEST_TEXT => {
+            op::SCHEMA | op::CHANNEL if length <= MAX_TEXT => {
                 let mut data = Vec::new();
                 rest.read_to_end(&mut data)?;
                 self.describe(kind, &data, reading);
@@ -209,7 +209,7 @@ impl McapContent {
             .map_or(0, u64::from_le_bytes);
         let mut compression = Vec::new();
         rest.by_ref()
-            .take(u64::from(name).min(LONGEST_NAME))
+            .take(u64::from(name).min(MAX_NAME))
             .read_to_end(&mut compression)?;
         let mut records = [0; 8];
         rest.read_exact(&mut records)?;
@@ -226,9 +226,9 @@ impl McapContent {
             crc: Hasher::new(),
         };
         while content.left > 0 {
-            if found.len() >= MOST_IN_CHUNK {
+            if found.len() >= MAX_IN_CHUNK {
                 return Err(io::Error::other(format!(
-                    "more than {MOST_IN_CHUNK} messages"
+                    "more than {MAX_IN_CHUNK} messages"
                 )));
             }
             self.record_of_chunk(&mut content, found, reading)?;
@@ -262,7 +262,7 @@ impl McapContent {
             frame,
             match kind {
                 op::MESSAGE => length.min(MESSAGE_HEAD + PREFIX as u64),
-                op::SCHEMA | op::CHANNEL if length <= LONGEST_TEXT => length,
+                op::SCHEMA | op::CHANNEL if length <= MAX_TEXT => length,
                 _ => 0,
             },
         );
@@ -279,7 +279,7 @@ impl McapContent {
     /// Takes in a schema or a channel.
     fn describe(&mut self, kind: u8, data: &[u8], reading: &mut FileReading<'_>) {
         match parse_record(kind, data) {
-            Ok(Record::Schema { header, data }) if self.schemas.len() < MOST_SCHEMAS => {
+            Ok(Record::Schema { header, data }) if self.schemas.len() < MAX_SCHEMAS => {
                 let stamp = || stamp_field(&header.name, &header.encoding, &data);
                 self.schemas.entry(header.id).or_insert_with(stamp);
             }

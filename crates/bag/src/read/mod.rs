@@ -13,7 +13,7 @@ use std::{
 
 use thiserror::Error;
 
-use crate::bag::{Bag, Gathering, MOST_MESSAGES, RawMessage};
+use crate::bag::{Bag, Gathering, MAX_MESSAGES, RawMessage};
 
 /// An error while reading a bag.
 #[derive(Debug, Error)]
@@ -97,7 +97,7 @@ impl FileReading<'_> {
         let is_full = self.bag.is_full();
         if is_full {
             self.damaged(format!(
-                "more than {MOST_MESSAGES} messages: what is behind byte {at} is left out"
+                "more than {MAX_MESSAGES} messages: what is behind byte {at} is left out"
             ));
         }
         is_full

@@ -12,7 +12,7 @@ use super::{
     format::{PATH, TOPICS},
     names::{name, node_of, once, topic_name},
 };
-use crate::system::{Bound, DataChain, Divider, FigureLimit, Limit, MOST_CHAINS, key};
+use crate::system::{Bound, DataChain, Divider, FigureLimit, Limit, MAX_CHAINS, key};
 
 /// Checks the sections of `text`.
 pub(super) fn check(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
@@ -227,8 +227,8 @@ fn size(file: &GraphFile, chains: usize) -> Checked {
             "the graph has {parts} parts (nodes, topics, their ends, chains): expected up to \
              {MOST_PARTS}"
         )
-    } else if chains > MOST_CHAINS {
-        format!("{chains} chains: expected up to {MOST_CHAINS}")
+    } else if chains > MAX_CHAINS {
+        format!("{chains} chains: expected up to {MAX_CHAINS}")
     } else if file.nodes.is_empty() {
         "the graph has no nodes: add a section such as [node.camera]".to_owned()
     } else {

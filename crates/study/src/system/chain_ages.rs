@@ -10,7 +10,7 @@ use ratelab::{Time, millis::to_millis as ms};
 use ratelab_account::{Fields, Saw};
 
 /// Maximum number of chains of a graph.
-pub(crate) const MOST_CHAINS: usize = 16;
+pub const MAX_CHAINS: usize = 16;
 
 /// Names of the numbers of a chain in a message on [`CHAINS`](super::CHAINS).
 const OF_CHAIN: [&str; 6] = [
@@ -196,7 +196,7 @@ fn peak<const CHAIN: usize>(row: &[f64]) -> f64 {
 }
 
 /// The peaks of each possible chain.
-pub(crate) const PEAKS: [fn(&[f64]) -> f64; MOST_CHAINS] = [
+pub(crate) const PEAKS: [fn(&[f64]) -> f64; MAX_CHAINS] = [
     peak::<0>, peak::<1>, peak::<2>, peak::<3>, peak::<4>, peak::<5>, peak::<6>, peak::<7>,
     peak::<8>, peak::<9>, peak::<10>, peak::<11>, peak::<12>, peak::<13>, peak::<14>, peak::<15>,
 ];

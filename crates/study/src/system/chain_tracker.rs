@@ -16,8 +16,8 @@ use ratelab::{Derived, Head, NodeRecord, Sink, Time, TopicRecord, Topology, sync
 
 use super::DataChain;
 
-/// The most messages of a topic that wait to be read and are known.
-const MOST_UNREAD: usize = 1 << 16;
+/// The greatest number of messages of a topic that wait to be read and are known.
+const MAX_UNREAD: usize = 1 << 16;
 
 /// Messages that are kept after a newer one was read: a node may still work on one.
 const KEPT_READ: usize = 256;
@@ -75,20 +75,21 @@ impl StepData {
             self.first = seq;
         }
         self.begun.push_back(begun);
-        self.forget(self.begun.len().saturating_sub(MOST_UNREAD));
+        self.forget(self.begun.len().saturating_sub(MAX_UNREAD));
     }
 
-    fn of(&self, seq: u64) -> Option<Time> {
+    /// When the data of message number `seq` began.
+    fn begun_of(&self, seq: u64) -> Option<Time> {
         let place = usize::try_from(seq.checked_sub(self.first)?).ok()?;
         *self.begun.get(place)?
     }
 
     fn read(&mut self, seq: u64) {
-        self.read = self.of(seq);
+        self.read = self.begun_of(seq);
         let before = usize::try_from(seq.saturating_sub(self.first)).unwrap_or(usize::MAX);
         // Nobody reads an older one than before.
         if before > 2 * KEPT_READ {
-            self.forget(before.min(self.begun.len()) - KEPT_READ);
+            self.forget(before.min(self.begun.len()).saturating_sub(KEPT_READ));
         }
     }
 
@@ -157,7 +158,7 @@ impl Followed {
         };
         let data = before.data();
         match head.from.message() {
-            Some(from) if from.topic == before.topic => data.of(from.seq),
+            Some(from) if from.topic == before.topic => data.begun_of(from.seq),
             _ => data.read,
         }
     }
@@ -234,7 +235,7 @@ impl TopicChains {
     /// The run time at which the data of message number `seq` began, for each of them (ns); NaN where
     /// that is unknown.
     pub fn begun(&self, seq: u64) -> impl Iterator<Item = f64> {
-        let begun = self.steps().map(move |step| step.data().of(seq));
+        let begun = self.steps().map(move |step| step.data().begun_of(seq));
         begun.map(|at| at.map_or(f64::NAN, |at| at.as_nanos() as f64))
     }
 

@@ -6,7 +6,7 @@ use ratelab_bag::{
 use serde_json::{Map, Value, json};
 
 /// The keys of a bag. Those of what is seldom there are left out without it.
-pub fn of(bag: &Bag, analysis: &Analysis) -> Value {
+pub fn value(bag: &Bag, analysis: &Analysis) -> Value {
     let name = |topic: usize| bag.topics[topic].name.clone();
     let names = |topics: &[usize]| topics.iter().map(|topic| name(*topic)).collect::<Vec<_>>();
     let topics = (0..bag.topics.len()).map(|place| (name(place), topic(bag, analysis, place)));

@@ -18,9 +18,9 @@ pub fn look(args: &LookArgs) -> Result<(), Error> {
     let bag = bag_file::read(&args.file)?;
     let analysis = Analysis::new(&bag);
     if args.json {
-        print_data(&format!("{:#}", json::of(&bag, &analysis)))?;
+        print_data(&format!("{:#}", json::value(&bag, &analysis)))?;
     } else {
-        print_line(&table::of(&shown(&args.file), &bag, &analysis))?;
+        print_line(&table::text(&shown(&args.file), &bag, &analysis))?;
     }
     bag_file::if_damaged(&bag)
 }

@@ -9,10 +9,10 @@ use crate::{
 };
 
 /// The most rows of a kind.
-const MOST: usize = 40;
+const MAX_ROWS: usize = 40;
 
 /// The lines about the bag in the file called `file`.
-pub fn of(file: &str, bag: &Bag, analysis: &Analysis) -> String {
+pub fn text(file: &str, bag: &Bag, analysis: &Analysis) -> String {
     let mut head = vec![(
         "bag",
         format!(
@@ -30,7 +30,7 @@ pub fn of(file: &str, bag: &Bag, analysis: &Analysis) -> String {
     rest.extend(
         bag.damage
             .iter()
-            .take(MOST)
+            .take(MAX_ROWS)
             .map(|damage| ("damage", in_line(&damage.to_string()))),
     );
     format!("{}\n\n{topics}\n\n{}", lines(&head), lines(&rest))
@@ -49,8 +49,9 @@ fn clocks(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
     let (log, recorder) = (on(TopicClock::Log), on(TopicClock::Recorder));
     if recorder > 0 {
         let least = in_ms(clocks.least_transport);
-        let text =
-            format!("{recorder} topics on that of the recorder, quickest transport {least} ms");
+        let text = format!(
+            "{recorder} topics on the clock of the recorder, quickest transport {least} ms"
+        );
         rows.push(("clock", text));
     }
     if log > 0 {
@@ -63,7 +64,7 @@ fn clocks(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
         let topics = group
             .topics
             .iter()
-            .take(MOST)
+            .take(MAX_ROWS)
             .map(|topic| name(bag, *topic));
         let topics: Vec<String> = topics.collect();
         rows.push((
@@ -82,7 +83,7 @@ fn clocks(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
 
 /// When the recorder stood still, and what it lost.
 fn stops(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
-    let stalls = analysis.pauses.iter().take(MOST).map(|pause| {
+    let stalls = analysis.pauses.iter().take(MAX_ROWS).map(|pause| {
         let (at, length) = (pause.at as f64 / 1e9, in_ms(pause.length));
         (
             "stall",
@@ -172,7 +173,7 @@ fn aligned(rows: &[Vec<String>]) -> String {
 /// The nodes, their chains, twins, threads and guesses.
 fn nodes(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
     let mut rows = Vec::new();
-    for chain in analysis.chains.iter().take(MOST) {
+    for chain in analysis.chains.iter().take(MAX_ROWS) {
         let node = analysis.node(chain.topic);
         rows.extend(node.map(|node| ("node", of_node(bag, analysis, node))));
     }
@@ -180,7 +181,7 @@ fn nodes(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
         analysis
             .chains
             .iter()
-            .take(MOST)
+            .take(MAX_ROWS)
             .map(|of| ("age", chain(bag, of))),
     );
     for group in &analysis.shared {
@@ -192,7 +193,7 @@ fn nodes(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
     }
     let bursts = bag.topics.iter().zip(&analysis.figures).enumerate();
     let bursts = bursts.filter(|(_, (topic, of))| of.burst >= 3 && topic.messages.len() >= 10);
-    rows.extend(bursts.take(MOST).map(|(place, (_, of))| {
+    rows.extend(bursts.take(MAX_ROWS).map(|(place, (_, of))| {
         let within = short_ms(of.interval.unwrap_or_default().p50 / 10);
         let text = format!(
             "up to {} messages of {} within {within} ms",
@@ -201,7 +202,7 @@ fn nodes(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
         );
         ("burst", text)
     }));
-    rows.extend(analysis.guesses.iter().take(MOST).map(|guess| {
+    rows.extend(analysis.guesses.iter().take(MAX_ROWS).map(|guess| {
         let (from, to) = (name(bag, guess.parent), name(bag, guess.child));
         let r = guess.correlation;
         (
@@ -288,7 +289,7 @@ fn gaps(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
         let verdict = match gap.verdict {
             GapVerdict::Late => "its messages came late",
             GapVerdict::Silent => "nothing was sent, or it was lost",
-            GapVerdict::Unknown => "without stamps nobody knows why",
+            GapVerdict::Unknown => "the cause is unknown without header stamps",
         };
         let (name, at, length) = (name(bag, topic), gap.at as f64 / 1e9, short_ms(gap.length));
         (

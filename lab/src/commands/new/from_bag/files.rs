@@ -78,7 +78,7 @@ fn write_all(path: &Path, folder: &Path, knobs: &Path, graph: &GraphOfBag) -> Re
     for (path, text) in files {
         let written = open(&path)?.write(text.as_bytes());
         if written.is_err() {
-            // Half a graph is none.
+            // No part of a graph stays behind.
             let _ = fs::remove_dir_all(folder);
         }
         written?;

@@ -6,15 +6,13 @@ mod sensor;
 mod sheet;
 
 use ratelab_bag::{Analysis, Bag, BagChain, BagNode, Kind};
+use ratelab_study::system::MAX_CHAINS;
 
 pub use self::files::write;
 use self::sheet::{GraphSheet, ValueTable};
 
-/// The most chains of a graph file.
-const MOST_CHAINS: usize = 16;
-
 /// The fewest messages of a sensor that nobody reads.
-const FEWEST: usize = 50;
+const MIN_COUNT: usize = 50;
 
 /// A graph file, and the files beside it.
 pub struct GraphOfBag {
@@ -204,7 +202,7 @@ impl Draft<'_> {
             |chain: &&BagChain| chain.path.iter().all(|topic| self.written.contains(topic));
         let mut chains: Vec<&BagChain> = self.analysis.chains.iter().filter(is_written).collect();
         chains.sort_by_key(|chain| (!is_leaf(chain), std::cmp::Reverse(chain.path.len())));
-        for chain in chains.into_iter().take(MOST_CHAINS) {
+        for chain in chains.into_iter().take(MAX_CHAINS) {
             let Some(ages) = chain.ages else { continue };
             let ends = chain.path.iter().map(|topic| {
                 format!(

@@ -3,12 +3,12 @@
 use ratelab_bag::BagNode;
 
 use super::{
-    Draft, FEWEST,
+    Draft, MIN_COUNT,
     sheet::{nine_digits, number, source_of},
 };
 
 /// The most silences that are written as a crash and a restart.
-const MOST_SILENCES: usize = 50;
+const MAX_SILENCES: usize = 50;
 
 /// Nodes from which on those that nobody reads are left out: a graph file has 200 parts.
 const MANY: usize = 40;
@@ -85,7 +85,7 @@ impl SensorTicks {
                 .map_or(0.0, |before| begin - data[before].0);
             let is_silence = with_silences
                 && step >= SILENCE * grid.period
-                && ticks.silences.len() < MOST_SILENCES;
+                && ticks.silences.len() < MAX_SILENCES;
             let instant = if is_silence {
                 ticks
                     .silences
@@ -131,7 +131,7 @@ impl Draft<'_> {
             ));
             return false;
         }
-        if !is_read && (grid.is_none() || data.len() < FEWEST || sharpness < 0.5) {
+        if !is_read && (grid.is_none() || data.len() < MIN_COUNT || sharpness < 0.5) {
             let name = self.quoted(node.topic);
             self.sheet.line(&format!(
                 "\n# left out: {name} has no rate, and nobody reads it"

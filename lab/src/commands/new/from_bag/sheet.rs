@@ -13,7 +13,7 @@ pub struct ValueTable {
 }
 
 /// The longest name of a node, which is part of the name of a file.
-const LONGEST_NAME: usize = 100;
+const MAX_NAME: usize = 100;
 
 /// What is written of a graph.
 pub struct GraphSheet {
@@ -151,7 +151,7 @@ fn is_of_node(c: char) -> bool {
 pub fn node_name(topic: &str) -> String {
     let name = topic.strip_prefix('/').unwrap_or(topic);
     let plain = |c: char| if is_of_node(c) { c } else { '_' };
-    let name: String = name.chars().take(LONGEST_NAME).map(plain).collect();
+    let name: String = name.chars().take(MAX_NAME).map(plain).collect();
     if name.is_empty() {
         "_".to_owned()
     } else {
