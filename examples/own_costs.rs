@@ -6,10 +6,8 @@
 use std::{error::Error, sync::Arc};
 
 use ratelab::{ClockKind, Tick, Topic};
-use ratelab_study::{
-    experiment::{Config, Experiment},
-    system::{BuildError, Builder, System},
-};
+use ratelab_experiment::{Config, Experiment};
+use ratelab_system::{BuildError, Builder, System};
 
 /// Four nodes in a row.
 pub struct Robot;

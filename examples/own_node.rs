@@ -9,7 +9,7 @@ use ratelab::{
     Clock, Depth, Flow, Graph, Hz, Inbox, Node, Publisher, Subscription, Tick, TickResult, Time,
     Topic, VirtualClock,
 };
-use ratelab_account::Observer;
+use ratelab_metrics::Observer;
 
 /// A low-pass filter: each tick moves a quarter of the way to the newest reading.
 struct Smooth {

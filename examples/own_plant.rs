@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use ratelab::{
     ClockExit, Flow, Message, MeterRecorder, Node, Publisher, Subscription, Tick, TickResult, Time,
 };
-use ratelab_account::fields;
-use ratelab_study::system::{
+use ratelab_metrics::fields;
+use ratelab_system::{
     BuildError, Builder, Picture, Shape, Signal, Style, System, Verdict, VerdictKind,
 };
 

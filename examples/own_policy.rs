@@ -6,7 +6,7 @@
 use std::{error::Error, sync::Arc};
 
 use ratelab_cart_pole::{Action, CartPole, Observation, pole_angle, policy::Policy};
-use ratelab_study::experiment::Experiment;
+use ratelab_experiment::Experiment;
 
 /// Pushes with full force to where the pole will be in a quarter of a second, with a
 /// little of the cart's speed added: that leans the pole against the motion of the cart,

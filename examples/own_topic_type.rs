@@ -6,7 +6,7 @@
 use std::error::Error;
 
 use ratelab::{Clock, Depth, Graph, Hz, Inbox, Tick, Time, Topic, VirtualClock};
-use ratelab_account::{Fields, TapHandle};
+use ratelab_metrics::{Fields, TapHandle};
 
 /// The speed of the wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]

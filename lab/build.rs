@@ -42,20 +42,21 @@ fn beside() {
 
 /// The sources of the program. Watching these causes no extra builds, because a change of
 /// any of them rebuilds the program anyway.
-const SOURCES: [&str; 23] = [
+const SOURCES: [&str; 24] = [
     "Cargo.toml",
     "Cargo.lock",
-    "crates/account",
+    "crates/metrics",
     "crates/bag",
     "crates/cart-pole",
     "crates/real-clock",
     "crates/recording/Cargo.toml",
     "crates/recording/src",
-    "crates/replay",
+    "crates/re-execution",
     "crates/screen",
-    "crates/study",
-    "crates/wire/Cargo.toml",
-    "crates/wire/src",
+    "crates/experiment",
+    "crates/system",
+    "crates/network/Cargo.toml",
+    "crates/network/src",
     "src",
     "exercises/Cargo.toml",
     "exercises/bands.toml",

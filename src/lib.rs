@@ -44,7 +44,7 @@
 //! | for commands | `control/`, then `clock/obey.rs`, `graph/control.rs`, `scheduling/node_knobs.rs` | how a run is changed, who carries a command out, and what is logged of it |
 //! | for executors | `scheduling/executors/`, `graph/executors.rs` | how several nodes share threads, and in which order |
 //! | for threads | `clock/task_sets.rs`, `clock/worker.rs`, then `crates/real-clock` | the same schedule under another clock |
-//! | for reruns | `shared.rs`, `journal/`, then `crates/replay` | what must be known to run threads again |
+//! | for reruns | `shared.rs`, `journal/`, then `crates/re-execution` | what must be known to run threads again |
 //!
 //! # What to change
 //!
@@ -53,8 +53,8 @@
 //!
 //! | for another | change | as in |
 //! |---|---|---|
-//! | view of a run: figures, copies of messages | a [`Sink`] | `crates/account` |
-//! | clock | a [`Clock`]: it takes the [`TaskSets`](clock::TaskSets) of a graph, and [`Wake`](clock::Wake) hears of arrivals | `crates/real-clock`, `crates/replay` |
+//! | view of a run: figures, copies of messages | a [`Sink`] | `crates/metrics` |
+//! | clock | a [`Clock`]: it takes the [`TaskSets`](clock::TaskSets) of a graph, and [`Wake`](clock::Wake) hears of arrivals | `crates/real-clock`, `crates/re-execution` |
 //! | loss or delay of a link, each message once at most | a row of `PARTS` in `settings/link.rs` with a field of `Link`, and `deliver_at` in `topic/link_channel.rs` | `burst` there |
 //! | distribution of durations | `settings/draw.rs`: costs and lateness have it at once, links too unless it needs a file | `Uniform` there |
 //! | order of callbacks in an executor | a file in `scheduling/executors/`, and a row of `KINDS` in `executor.rs` there | `events.rs` |

@@ -16,10 +16,8 @@ use ratelab_cart_pole::{
         Weights, WorldModel, age_limit, gains,
     },
 };
-use ratelab_study::{
-    experiment::{Config, Experiment},
-    system::WorldKind,
-};
+use ratelab_experiment::{Config, Experiment};
+use ratelab_system::WorldKind;
 
 fn hz(hz: f64) -> Hz {
     Hz::new(hz).expect("a rate")

@@ -8,7 +8,7 @@ use nix::{
     time::{ClockId, ClockNanosleepFlags, clock_gettime, clock_nanosleep},
 };
 use ratelab::{Clock, Graph, Hz, Inbox, Tick, Time};
-use ratelab_account::Observer;
+use ratelab_metrics::Observer;
 use ratelab_real_clock::RealClock;
 
 use super::table::{Table, text};

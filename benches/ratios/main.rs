@@ -16,7 +16,7 @@ mod lateness;
 mod messages;
 mod paired;
 mod policies;
-mod rerun;
+mod re_execution;
 mod runs;
 mod table;
 
@@ -28,7 +28,7 @@ fn main() {
     policies::measure(&mut table);
     messages::measure(&mut table);
     graphs::measure(&mut table);
-    rerun::measure(&mut table);
+    re_execution::measure(&mut table);
     #[cfg(target_os = "linux")]
     lateness::measure(&mut table);
     println!("{table}");

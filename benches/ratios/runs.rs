@@ -16,13 +16,11 @@ use ratelab_cart_pole::{
     ACTION, CartPole, ControlStep, OBS, Plant, STATE, SUBSTEPS,
     policy::{Policy, Scripted},
 };
-use ratelab_study::{
-    experiment::{
-        Config, Experiment, Summary,
-        sweep::{Sweep, all_cores},
-    },
-    system::WorldKind,
+use ratelab_experiment::{
+    Config, Experiment, Summary,
+    sweep::{Sweep, all_cores},
 };
+use ratelab_system::WorldKind;
 
 use super::{
     paired::{Nanos, nanos, paired, time},

@@ -3,13 +3,11 @@
 use std::{error::Error, sync::Arc};
 
 use ratelab_cart_pole::CartPole;
-use ratelab_study::{
-    experiment::{
-        Config,
-        sweep::{Sweep, SweepAxis},
-    },
-    system::WorldKind,
+use ratelab_experiment::{
+    Config,
+    sweep::{Sweep, SweepAxis},
 };
+use ratelab_system::WorldKind;
 
 /// A cause of age: a name, fixed knobs, and knobs with their values.
 pub struct Cause {

@@ -6,10 +6,8 @@ mod causes;
 use std::{error::Error, ops::ControlFlow, sync::Arc, time::Instant};
 
 use ratelab_cart_pole::CartPole;
-use ratelab_study::{
-    experiment::sweep::{ByAge, CellResult, all_cores},
-    system::System,
-};
+use ratelab_experiment::sweep::{ByAge, CellResult, all_cores};
+use ratelab_system::System;
 
 use causes::{CAUSES, base, sweep};
 

@@ -1,6 +1,6 @@
 //! The control-rate cliff: slow the policy until the pole falls.
 
-use ratelab_study::experiment::Config;
+use ratelab_experiment::Config;
 
 use crate::framework::{
     Answer, Failure, Findings, KnobRuns, Measurement, PredictionPlace, Table, edge, mean_ms, survey,

@@ -1,7 +1,7 @@
 //! The deep queue that kills: nothing is dropped, and everything grows old.
 
 use ratelab::Time;
-use ratelab_study::experiment::Config;
+use ratelab_experiment::Config;
 
 use crate::framework::{
     Answer, Failure, Findings, KnobRuns, Measurement, PredictionPlace, Table, asked, edge,

@@ -1,7 +1,7 @@
 //! A deeper queue: no message loss, but the same fall.
 
 use ratelab_cart_pole::{BROKEN_HZ, CartPole, pole_angle};
-use ratelab_study::experiment::sweep::CellResult;
+use ratelab_experiment::sweep::CellResult;
 
 use crate::{
     cliff::STARTS,

@@ -1,7 +1,7 @@
 //! Exercises on the rate of a control loop: predict, run, check.
 //!
-//! Stands on `ratelab`, `ratelab-account`, `ratelab-cart-pole`, `ratelab-recording`
-//! and `ratelab-study`; prints nothing: the command asks and prints. Begin with [`framework`]. A new
+//! Stands on `ratelab`, `ratelab-metrics`, `ratelab-cart-pole`, `ratelab-recording`,
+//! `ratelab-experiment` and `ratelab-system`; prints nothing: the command asks and prints. Begin with [`framework`]. A new
 //! exercise is a text in `questions.toml`, a module here with a row in `MEASURES`, and its figures in
 //! `bands.toml`; the tests name the other places.
 //!

@@ -5,7 +5,7 @@ use ratelab_cart_pole::{
     CONTROL_HZ, CartPole,
     stability::{Rates, Stability, measured_growth},
 };
-use ratelab_study::experiment::Config;
+use ratelab_experiment::Config;
 
 use crate::{
     cliff::STARTS,

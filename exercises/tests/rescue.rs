@@ -8,7 +8,7 @@ use std::sync::Arc;
 use exercises::rescue::judge::{DANGER_DEG, HELD, RescueFailure, RescueSession, Rescued, judge};
 use ratelab::{Hz, Message, Time};
 use ratelab_cart_pole::{BROKEN_HZ, CONTROL_HZ, CartPole, ControlStep, STATE};
-use ratelab_study::experiment::{Config, Experiment, Summary};
+use ratelab_experiment::{Config, Experiment, Summary};
 use table::rows;
 
 /// A session on the virtual clock, from the start of seed 0.

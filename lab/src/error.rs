@@ -8,10 +8,8 @@ use std::{
 
 use exercises::framework::{AnswersError, Failure};
 use ratelab::{Fault, Time};
-use ratelab_study::{
-    experiment::{hunt::HuntError, sweep::SweepError},
-    system::BuildError,
-};
+use ratelab_experiment::{hunt::HuntError, sweep::SweepError};
+use ratelab_system::BuildError;
 use thiserror::Error;
 
 use ratelab_recording::{ReadError, RecordError, Recording, VerifyError};

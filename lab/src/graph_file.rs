@@ -3,7 +3,7 @@
 use std::{path::Path, slice, sync::Arc};
 
 use ratelab_recording::with_durations;
-use ratelab_study::{
+use ratelab_system::{
     file,
     graph_file::{GraphFile, GraphFileError, MOST_BYTES, changed},
 };

@@ -1,7 +1,7 @@
 //! The JSON Schema of graph files, from their table of keys.
 
 use ratelab::{Depth, Hz, KnobKind};
-use ratelab_study::graph_file::format::{
+use ratelab_system::graph_file::format::{
     FileSection, Form, FormatKey, LONGEST_MS, SECTIONS, SHORTEST_MS,
 };
 use serde_json::{Map, Value, json};

@@ -9,7 +9,7 @@
 //! use std::process::ExitCode;
 //!
 //! use ratelab::{Flow, Tick};
-//! use ratelab_study::system::{BuildError, Builder, System};
+//! use ratelab_system::{BuildError, Builder, System};
 //!
 //! /// Counts to a thousand.
 //! struct Counter;
@@ -77,7 +77,7 @@ mod wrap;
 use std::{env, process::ExitCode, sync::Arc};
 
 use ratelab_cart_pole::{CartPole, policy::end_programs};
-use ratelab_study::system::System;
+use ratelab_system::System;
 
 use error::Error;
 use program::Program;

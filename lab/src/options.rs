@@ -3,12 +3,9 @@
 use std::{fmt, path::Path};
 
 use ratelab::{ClockKind, Knob, Speed, TickTiming, Time, TimedKnob};
+use ratelab_experiment::{Config, Experiment};
 use ratelab_real_clock::{RealtimeError, RealtimePriority};
-use ratelab_study::{
-    experiment::{Config, Experiment},
-    file,
-    system::{Setup, WorldKind},
-};
+use ratelab_system::{Setup, WorldKind, file};
 
 use crate::{
     cli::{ClockArg, GraphArgs, RunArgs, TimingArgs, WorldArg},

@@ -4,7 +4,7 @@ use std::{ops::ControlFlow, sync::Arc};
 
 use ratelab_recording::{OtherRun, Recording, VerifyWith, verify};
 use ratelab_screen::{Options, SessionSetup};
-use ratelab_study::system::System;
+use ratelab_system::System;
 
 use crate::{
     error::Error,

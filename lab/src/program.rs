@@ -2,7 +2,7 @@
 
 use std::{env, path::Path, sync::Arc};
 
-use ratelab_study::system::{KnobText, System};
+use ratelab_system::{KnobText, System};
 
 use ratelab_recording::Recording;
 

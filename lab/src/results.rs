@@ -3,12 +3,10 @@
 use std::path::PathBuf;
 
 use ratelab::Knob;
+use ratelab_experiment::{Experiment, Summary, header};
 use ratelab_real_clock::{RealtimeError, RealtimePriority};
 use ratelab_recording::{Destination, FinishedRecording, Recorder, RrdFormat, Source, Viewer};
-use ratelab_study::{
-    experiment::{Experiment, Summary, header},
-    system::System,
-};
+use ratelab_system::System;
 
 use crate::{
     cli::RunArgs,

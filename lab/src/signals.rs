@@ -15,7 +15,7 @@ use std::{
 use ratelab::{Interrupt, sync::lock};
 use ratelab_cart_pole::policy::end_programs;
 use ratelab_recording::Recorder;
-use ratelab_study::file::remove_unfinished;
+use ratelab_system::file::remove_unfinished;
 use signal_hook::{
     consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ},
     flag,

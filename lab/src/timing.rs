@@ -3,11 +3,9 @@
 use std::time::Duration;
 
 use ratelab::{Knob, KnobKind};
-use ratelab_account::NodeAccount;
-use ratelab_study::{
-    experiment::Summary,
-    system::{System, WorldKind, depends_on_the_world, plant},
-};
+use ratelab_experiment::Summary;
+use ratelab_metrics::NodeAccount;
+use ratelab_system::{System, WorldKind, depends_on_the_world, plant};
 
 /// Returns whether the duration, lateness or offset of the ticks of `node` was set at any time of a
 /// run; a hang is of one tick only.

@@ -1,6 +1,6 @@
 //! Virtual time, and what a clock with threads needs. Every clock asks a schedule for work, by the
 //! same rules: here one thread jumps from event to event; others have threads that wait for the wall
-//! (`crates/real-clock`), or play a log (`crates/replay`).
+//! (`crates/real-clock`), or play a log (`crates/re-execution`).
 //!
 //! A clock runs a [`Graph`] until it ends, is stopped, reaches a given run time, or is
 //! handed over to another clock. All state of the run stays in the graph, so [`run`]

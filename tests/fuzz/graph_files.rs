@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use ratelab::Time;
 use ratelab_cart_pole::CartPole;
-use ratelab_study::{
-    experiment::{Config, Experiment},
+use ratelab_experiment::{Config, Experiment};
+use ratelab_system::{
+    System,
     graph_file::{GraphFile, GraphFileError},
-    system::System,
 };
 
 use crate::cases::{RandomSource, mutate, pick, run};

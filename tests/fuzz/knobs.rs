@@ -4,7 +4,7 @@ use std::{fs, sync::Arc};
 
 use rand::Rng;
 use ratelab_cart_pole::CartPole;
-use ratelab_study::experiment::{Config, Experiment};
+use ratelab_experiment::{Config, Experiment};
 use tempfile::tempdir;
 
 use crate::{

@@ -1,6 +1,6 @@
 //! Runs of a sweep by the age of their pushes: the age that parts those held from those lost.
 
-use ratelab_study::experiment::sweep::ByAge;
+use ratelab_experiment::sweep::ByAge;
 
 #[test]
 fn one_age_parts_the_runs_with_the_fewest_on_the_wrong_side_and_none_runs_that_are_alike() {

@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use ratelab_study::measured;
+use ratelab_system::measured;
 
 use crate::{own_costs::Robot, support::*, table::rows};
 

@@ -75,7 +75,7 @@ fn crate_of(sources: &str) -> &str {
 #[test]
 fn every_crate_stands_on_those_below_it_and_its_first_page_names_them() {
     // Their tests find MuJoCo by it.
-    const FOR_TESTS: [&str; 3] = ["crates/recording/", "crates/screen/", "crates/wire/"];
+    const FOR_TESTS: [&str; 3] = ["crates/recording/", "crates/screen/", "crates/network/"];
     let mut below = BTreeSet::new();
     for sources in CRATES {
         let folder = crate_of(sources);
@@ -105,7 +105,7 @@ fn every_crate_stands_on_those_below_it_and_its_first_page_names_them() {
 }
 
 #[test]
-fn neither_core_nor_study_nor_robot_depends_on_a_terminal_a_command_line_or_a_recorder() {
+fn neither_core_nor_system_nor_robot_depends_on_a_terminal_a_command_line_or_a_recorder() {
     let robot = CRATES
         .iter()
         .position(|sources| *sources == "crates/cart-pole/src");

@@ -12,7 +12,7 @@ use std::{
     thread,
 };
 
-use ratelab_study::file::{LockedFile, Provisional, Unfinished, is_same, read_text};
+use ratelab_system::file::{LockedFile, Provisional, Unfinished, is_same, read_text};
 
 fn mode(path: &Path) -> u32 {
     path.metadata().expect("there").permissions().mode() & 0o777

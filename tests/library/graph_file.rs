@@ -1,9 +1,9 @@
 //! Graphs as text files: data ages along chains, verdicts, settings as knobs, a system in the
 //! middle, and errors with their places.
 
-use ratelab_study::{
+use ratelab_system::{
+    Bound,
     graph_file::{GraphFile, MOST_PARTS, changed, format::SECTIONS},
-    system::Bound,
 };
 
 use crate::support::*;

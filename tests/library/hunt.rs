@@ -7,9 +7,7 @@ use std::{
     sync::atomic::{AtomicUsize, Ordering},
 };
 
-use ratelab_study::experiment::hunt::{
-    Budget, Found, Hunt, HuntError, Hunted, LONGEST_PART, Proof,
-};
+use ratelab_experiment::hunt::{Budget, Found, Hunt, HuntError, Hunted, LONGEST_PART, Proof};
 
 use crate::support::*;
 

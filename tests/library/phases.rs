@@ -1,6 +1,6 @@
 //! The phases of nodes: ties that keep data fresh are noted, and phases are drawn.
 
-use ratelab_study::experiment::hunt::{Budget, Hunt, Hunted};
+use ratelab_experiment::hunt::{Budget, Hunt, Hunted};
 
 use crate::support::*;
 

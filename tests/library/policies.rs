@@ -4,7 +4,7 @@
 use std::{fs, ops::ControlFlow, path::Path, path::PathBuf};
 
 use rand_pcg::rand_core::RngCore;
-use ratelab_study::experiment::sweep::{Sweep, all_cores};
+use ratelab_experiment::sweep::{Sweep, all_cores};
 use tempfile::TempDir;
 
 use crate::{checkpoint, clone::root, support::*, table::rows};

@@ -1,7 +1,7 @@
 //! Triggers and executors under the real clock: what comes of a run is the same when it is
 //! executed again, also with stretches of virtual time in it.
 
-use crate::{rerun::Run, support::*};
+use crate::{re_execution::Run, support::*};
 
 /// The graph in `lidar.toml`; all its nodes but the controller are those of `executor`, if it names
 /// one.
@@ -30,11 +30,11 @@ fn until(executor: &str, commands: &str, shows: impl Fn(&[Vec<TickRecord>]) -> b
             |_, _, _| {},
         );
         for perturbed in [false, true] {
-            let mut rerun = run.rerun();
+            let mut re_execution = run.re_execution();
             if perturbed {
-                rerun.perturb();
+                re_execution.perturb();
             }
-            let again = run.check(rerun);
+            let again = run.check(re_execution);
             assert_eq!(again.log, run.log, "its log is another one");
         }
         if shows(&run.ticks) {

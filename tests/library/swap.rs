@@ -3,7 +3,7 @@
 
 use std::{fs, num::NonZeroUsize, ops::ControlFlow};
 
-use ratelab_study::experiment::sweep::{Sweep, SweepAxis};
+use ratelab_experiment::sweep::{Sweep, SweepAxis};
 
 use crate::{checkpoint::fixture, clone::root, support::*};
 

@@ -4,7 +4,7 @@
 use std::{collections::HashSet, num::NonZeroUsize, ops::ControlFlow, sync::LazyLock};
 
 use proptest::prelude::*;
-use ratelab_study::experiment::sweep::{
+use ratelab_experiment::sweep::{
     Axis, AxisError, Cell, CellResult, MAX_CELLS, Sweep, SweepAxis, Swept, all_cores,
 };
 

@@ -6,7 +6,7 @@ use ratelab::{
     Clock, ClockExit, ClockKind, Command, Fault, Flow, Graph, Inbox, Node, NodeError, Tick,
     TickResult, Time, Topic, run,
 };
-use ratelab_account::TapHandle;
+use ratelab_metrics::TapHandle;
 use ratelab_real_clock::RealClock;
 use shuttle::sync::Arc;
 

@@ -4,9 +4,9 @@ use ratelab::{
     Callback, Clock, ClockExit, ClockKind, Executor, Flow, Graph, Inbox, Match, Tick, Time, Topic,
     run,
 };
-use ratelab_account::{Observer, TapHandle, TickRecord};
+use ratelab_metrics::{Observer, TapHandle, TickRecord};
+use ratelab_re_execution::RunLog;
 use ratelab_real_clock::RealClock;
-use ratelab_replay::RunLog;
 use shuttle::{
     sync::{
         Arc,
@@ -17,7 +17,7 @@ use shuttle::{
 
 use crate::{
     SOME, explore, person,
-    support::{depth, rerun_of, run_timed, snapshot, talker, worker},
+    support::{depth, re_execution_of, run_timed, snapshot, talker, worker},
 };
 
 const EXECUTORS: [&str; 3] = ["single", "multi:2", "events"];
@@ -164,9 +164,9 @@ fn the_ticks_of_its_threads_come_back_with_their_overruns_in_every_schedule() {
     executors(|executor| {
         let mut first = graph(executor);
         let recorded = ticks(&mut first, &mut RealClock::default());
-        let mut rerun = rerun_of(&Observer::of(&first));
-        let again = ticks(&mut graph(executor), &mut rerun);
-        assert_eq!(rerun.difference(), None);
+        let mut re_execution = re_execution_of(&Observer::of(&first));
+        let again = ticks(&mut graph(executor), &mut re_execution);
+        assert_eq!(re_execution.difference(), None);
         assert_eq!(again, recorded);
     });
 }

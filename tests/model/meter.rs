@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ratelab::{Graph, Hz, Tick};
-use ratelab_account::Observer;
+use ratelab_metrics::Observer;
 use shuttle::thread;
 
 use crate::{MANY, explore};

@@ -3,14 +3,14 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use ratelab::{Clock, Graph, Match, Shared, Tick, Time, Topic};
-use ratelab_account::{Observer, TapHandle};
+use ratelab_metrics::{Observer, TapHandle};
+use ratelab_re_execution::RunLog;
 use ratelab_real_clock::RealClock;
-use ratelab_replay::RunLog;
 use shuttle::{sync::Arc, thread};
 
 use crate::{
     SOME, explore,
-    support::{depth, reader, rerun_of, run_timed, snapshot},
+    support::{depth, re_execution_of, reader, run_timed, snapshot},
 };
 
 /// Two nodes that count their ticks, add to a shared number and publish the sum, one that
@@ -67,12 +67,12 @@ fn comes_back(perturb: bool) {
         let commands = "0.02 rate a 80; 0.02 depth /sum 1";
         let (first, messages, dropped) = run(&mut RealClock::default(), commands);
         let state = first.state();
-        let mut rerun = rerun_of(&Observer::of(&first));
+        let mut re_execution = re_execution_of(&Observer::of(&first));
         if perturb {
-            rerun.perturb();
+            re_execution.perturb();
         }
-        let again = run(&mut rerun, "");
-        assert_eq!(rerun.difference(), None);
+        let again = run(&mut re_execution, "");
+        assert_eq!(re_execution.difference(), None);
         assert_eq!((again.1, again.2), (messages, dropped));
         assert_eq!(again.0.state().events(0), state.events(0));
     });
@@ -93,15 +93,15 @@ fn an_overlap_that_is_held_does_no_operation_before_it_is_allowed_in_every_sched
     static OVERLAPS: AtomicUsize = AtomicUsize::new(0);
     explore(SOME, || {
         let (first, messages, _) = run(&mut RealClock::default(), "");
-        let mut rerun = rerun_of(&Observer::of(&first));
-        let Some(last) = rerun.overlaps().len().checked_sub(1) else {
+        let mut re_execution = re_execution_of(&Observer::of(&first));
+        let Some(last) = re_execution.overlaps().len().checked_sub(1) else {
             return;
         };
         OVERLAPS.fetch_add(1, Ordering::Relaxed);
-        let operations = rerun.overlaps()[last].operations.len();
-        rerun.hold(last, 0);
-        let watch = rerun.watch();
-        let again = thread::spawn(move || run(&mut rerun, "").1);
+        let operations = re_execution.overlaps()[last].operations.len();
+        re_execution.hold(last, 0);
+        let watch = re_execution.watch();
+        let again = thread::spawn(move || run(&mut re_execution, "").1);
         for allowed in (0..operations).step_by(2).chain([operations]) {
             watch.allow(allowed);
             let done = loop {

@@ -1,7 +1,7 @@
 //! Topics: no message is torn, and every one is accounted for.
 
 use ratelab::{Graph, Subscription, Tick, Time, Topic};
-use ratelab_account::TapHandle;
+use ratelab_metrics::TapHandle;
 use shuttle::thread;
 
 use crate::{

@@ -2,7 +2,7 @@
 
 use std::{collections::HashMap, time::Duration};
 
-use ratelab_study::experiment::Summary;
+use ratelab_experiment::Summary;
 
 /// A figure of a run: its `verdict`, `steps` or `end`, the `ticks`, `overruns` or time `spent` of
 /// a node, or of several with commas in between, what a topic `published`, `dropped` or `lost`, or

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use ratelab_study::graph_file::{GraphFile, GraphFileError};
+use ratelab_system::graph_file::{GraphFile, GraphFileError};
 
 use super::*;
 use crate::clone::root;

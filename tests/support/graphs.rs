@@ -8,9 +8,9 @@ use ratelab::{
     Clock, ClockExit, ClockKind, Command, Depth, Event, EventKind, Flow, Graph, Hz, Inbox, Match,
     Message, Node, Payload, Speed, Tick, Time, TimedCommand, Topic, VirtualClock,
 };
-use ratelab_account::{Lineage, Observer, Snapshot, Tap, TapMessage, TickRecord};
+use ratelab_metrics::{Lineage, Observer, Snapshot, Tap, TapMessage, TickRecord};
+use ratelab_re_execution::{ReExecution, RunLog};
 use ratelab_real_clock::RealClock;
-use ratelab_replay::{Rerun, RunLog};
 
 /// A valid rate.
 pub fn hz(hz: f64) -> Hz {
@@ -178,9 +178,9 @@ pub fn settled(mut lineage: Lineage, ticks: &[Tap<TickRecord>]) -> Lineage {
 }
 
 /// The run that `observer` saw and that has a log, to be executed again.
-pub fn rerun_of(observer: &Observer) -> Rerun {
+pub fn re_execution_of(observer: &Observer) -> ReExecution {
     let log = RunLog::attach(observer).log();
-    Rerun::new(&log, &observer.events(0), &observer.topology()).expect("a log")
+    ReExecution::new(&log, &observer.events(0), &observer.topology()).expect("a log")
 }
 
 /// Runs `graph` with these commands only, and observes it.

@@ -10,11 +10,12 @@ pub mod specs;
 pub use std::{sync::Arc, time::Duration};
 
 pub use ratelab::*;
-pub use ratelab_account::*;
 pub use ratelab_cart_pole::{policy::*, *};
+pub use ratelab_experiment::*;
+pub use ratelab_metrics::*;
+pub use ratelab_re_execution::*;
 pub use ratelab_real_clock::*;
-pub use ratelab_replay::*;
-pub use ratelab_study::{experiment::*, system::*};
+pub use ratelab_system::*;
 
 pub use self::{figures::*, graph_files::*, graphs::*};
 

@@ -1,7 +1,7 @@
 //! The cart-pole's own names for knobs, which are options of the command too.
 
 use ratelab::KnobKind;
-use ratelab_study::system::Alias;
+use ratelab_system::Alias;
 use strum::VariantNames;
 
 use super::{

@@ -7,7 +7,7 @@ use std::{
 
 use mujoco_rs::prelude::{MjData, MjModel};
 use ratelab::sync::lock;
-use ratelab_study::system::StepMs;
+use ratelab_system::StepMs;
 use thiserror::Error;
 
 use super::{

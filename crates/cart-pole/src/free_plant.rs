@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ratelab::{Flow, Message, Publisher, Tick, Time};
-use ratelab_study::system::{StepMs, World};
+use ratelab_system::{StepMs, World};
 
 use super::{
     body::{Body, PlantError},

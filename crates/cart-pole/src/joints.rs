@@ -1,7 +1,7 @@
 //! Readings and actions as joint states.
 
-use ratelab_account::Fields;
-use ratelab_study::system::{JointValues, Joints};
+use ratelab_metrics::Fields;
+use ratelab_system::{JointValues, Joints};
 
 use super::message::{ACTION, Action, MOTOR_N, OBS, Observation};
 

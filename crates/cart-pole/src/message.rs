@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab_account::Fields;
+use ratelab_metrics::Fields;
 
 use super::pose::Pose;
 

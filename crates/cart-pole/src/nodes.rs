@@ -4,7 +4,7 @@ use ratelab::{
     Flow, Message, MeterRecorder, Node, NodeCrash, NodeError, Publisher, Subscription, Tick,
     TickResult, Time, Topic, Wiring,
 };
-use ratelab_study::system::SharedWorld;
+use ratelab_system::SharedWorld;
 use thiserror::Error;
 
 use super::{

@@ -1,6 +1,6 @@
 //! Cart and pole as a picture.
 
-use ratelab_study::system::{Picture, Shape, Style};
+use ratelab_system::{Picture, Shape, Style};
 
 use super::{CART_LIMIT_M, ControlStep, MOTOR_N, POLE_LIMIT_RAD, Pose};
 

@@ -3,7 +3,7 @@
 use std::mem;
 
 use ratelab::{Hz, Message, Time};
-use ratelab_study::system::{SharedWorld, StepMs, World};
+use ratelab_system::{SharedWorld, StepMs, World};
 
 use super::{
     body::{Body, PlantError, SUBSTEPS},

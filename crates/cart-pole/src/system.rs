@@ -3,14 +3,12 @@
 use std::{fmt::Display, path::PathBuf, str::FromStr};
 
 use ratelab::{ClockExit, Hz, Tick, Time};
-use ratelab_account::Fields;
-use ratelab_study::{
-    experiment::Config,
-    system::{
-        About, AgeLimits, BuildError, Builder, Final, Group, KnobText, KnobTextError, Picture,
-        QuadraticCost, RunTally, Setup, Signal, System, Verdict, VerdictKind, WORLD, WorldKind,
-        overload,
-    },
+use ratelab_experiment::Config;
+use ratelab_metrics::Fields;
+use ratelab_system::{
+    About, AgeLimits, BuildError, Builder, Final, Group, KnobText, KnobTextError, Picture,
+    QuadraticCost, RunTally, Setup, Signal, System, Verdict, VerdictKind, WORLD, WorldKind,
+    overload,
 };
 
 use super::{
@@ -53,7 +51,7 @@ impl CartPole {
     /// ```
     /// use std::sync::Arc;
     /// use ratelab_cart_pole::{Action, CartPole, Observation, policy::Policy};
-    /// use ratelab_study::experiment::{Config, Experiment};
+    /// use ratelab_experiment::{Config, Experiment};
     ///
     /// /// Pushes with all it has to where the pole leans.
     /// struct BangBang;

@@ -1,8 +1,8 @@
 //! The table of the course: a row for each control step.
 
 use ratelab::Time;
-use ratelab_account::Fields;
-use ratelab_study::system::StateTable;
+use ratelab_metrics::Fields;
+use ratelab_system::StateTable;
 
 use super::{ControlStep, pose::Pose};
 

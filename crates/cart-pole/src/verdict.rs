@@ -1,6 +1,6 @@
 //! The verdicts of the cart-pole.
 
-use ratelab_study::system::VerdictKind;
+use ratelab_system::VerdictKind;
 
 /// The pole was up for the whole run.
 pub const BALANCED: VerdictKind = VerdictKind::held("balanced", "BALANCED (pole up the whole run)");

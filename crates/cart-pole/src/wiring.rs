@@ -1,7 +1,7 @@
 //! The graph: sensor, policy and actuator, and the player of a policy that answers with chunks.
 
 use ratelab::{Depth, KnobKind, Match, Topic};
-use ratelab_study::system::{BuildError, Builder, SharedWorld};
+use ratelab_system::{BuildError, Builder, SharedWorld};
 
 use super::{
     ACTUATOR, Action, Actuator, CONTROL_HZ, CartPlant, ControlStep, Observation, POLICY,

@@ -3,8 +3,8 @@
 use std::{env, path::Path, time::Duration};
 
 use ratelab::{Knob, KnobKind, TickTiming};
-use ratelab_account::TickRecord;
-use ratelab_study::measured::{loaded, read_column};
+use ratelab_metrics::TickRecord;
+use ratelab_system::measured::{loaded, read_column};
 
 use crate::run::Recording;
 

@@ -1,7 +1,7 @@
 //! Recordings: runs in files, rerun's `.rrd` files for now.
 //!
-//! Stands on `ratelab`, `ratelab-account`, `ratelab-real-clock`, `ratelab-replay`
-//! and `ratelab-study`; knows no robot, terminal or command. Begin with `recorder/`.
+//! Stands on `ratelab`, `ratelab-metrics`, `ratelab-real-clock`, `ratelab-re-execution`,
+//! `ratelab-experiment` and `ratelab-system`; knows no robot, terminal or command. Begin with `recorder/`.
 //!
 //! ```text
 //! tap, event log ──► recorder ──► a format: rrd ──► file

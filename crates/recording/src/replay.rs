@@ -3,11 +3,9 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{ClockExit, EventKind, Head, Push, Status, Time};
-use ratelab_account::{Observer, ReplayAccounts, Rows};
-use ratelab_study::{
-    experiment::{Config, Summary},
-    system::{MeanCost, System, SystemFigure, verdict},
-};
+use ratelab_experiment::{Config, Summary};
+use ratelab_metrics::{Observer, ReplayAccounts, Rows};
+use ratelab_system::{MeanCost, System, SystemFigure, verdict};
 
 use crate::run::Recording;
 

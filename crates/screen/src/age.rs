@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use ratelab::{Time, Topology};
-use ratelab_account::AgeParts;
-use ratelab_study::system::AgeLimits;
+use ratelab_metrics::AgeParts;
+use ratelab_system::AgeLimits;
 
 use super::sentence::sentence;
 
@@ -101,7 +101,7 @@ pub struct PushData {
 }
 
 /// What data do at the stages of an age, in order of occurrence: the glyph in the bar, and the
-/// [word](ratelab_account::AgeStage::word).
+/// [word](ratelab_metrics::AgeStage::word).
 pub const PARTS: [[&str; 2]; 5] = [
     ["?", UNKNOWN],
     ["▒", "waited"],
@@ -144,7 +144,7 @@ impl PushSentence {
 
 #[cfg(test)]
 mod tests {
-    use ratelab_account::AgeStage;
+    use ratelab_metrics::AgeStage;
 
     use super::PARTS;
 

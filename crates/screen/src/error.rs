@@ -2,7 +2,7 @@
 
 use ratelab::Fault;
 use ratelab_recording::RecordError;
-use ratelab_study::system::BuildError;
+use ratelab_system::BuildError;
 use thiserror::Error;
 
 /// Why the screen ends other than by a key.

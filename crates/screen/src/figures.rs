@@ -5,9 +5,9 @@
 
 use std::time::{Duration, Instant};
 
-use ratelab_account::{Distribution, Snapshot, TopicAccount};
+use ratelab_metrics::{Distribution, Snapshot, TopicAccount};
 use ratelab_recording::bins::{BINS, width_ms};
-use ratelab_study::system::System;
+use ratelab_system::System;
 
 use super::{
     frame::{LatencyData, Quantiles},

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use ratelab::Time;
-use ratelab_account::Flight;
+use ratelab_metrics::Flight;
 
 use super::frame::Dot;
 

@@ -6,8 +6,8 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{Hz, Status, Time};
-use ratelab_account::Distribution;
-use ratelab_study::system::{AgeLimits, Signal};
+use ratelab_metrics::Distribution;
+use ratelab_system::{AgeLimits, Signal};
 
 use super::age::{AgeData, PushData};
 

@@ -4,8 +4,8 @@
 use std::fmt::Display;
 
 use ratelab::{Knob, KnobKind, Time, TimedKnob};
-use ratelab_account::{NodeAccount, Snapshot, TopicAccount};
-use ratelab_study::system::{
+use ratelab_metrics::{NodeAccount, Snapshot, TopicAccount};
+use ratelab_system::{
     Alias, KnobText, Setup, System,
     names::{first_alias, short, short_value},
     paced_node,

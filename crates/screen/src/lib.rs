@@ -4,8 +4,8 @@
 //! pictures of the same screen as SVG files. Besides plain runs it shows branches, manual rescues
 //! and the cliff map, with exercises and the tour as overlays.
 //!
-//! Stands on `ratelab`, `ratelab-account`, `ratelab-real-clock`, `ratelab-replay`,
-//! `ratelab-study`, `ratelab-recording` and `exercises`; knows no robot and no command line. Begin with
+//! Stands on `ratelab`, `ratelab-metrics`, `ratelab-real-clock`, `ratelab-re-execution`,
+//! `ratelab-experiment`, `ratelab-system`, `ratelab-recording` and `exercises`; knows no robot and no command line. Begin with
 //! [`show`] below, then `app/` for keys, `sampler/` for what a frame gathers, `view/` for panes.
 //!
 //! ```text
@@ -68,8 +68,8 @@ use std::{
 
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use ratatui::{Terminal, backend::Backend};
+use ratelab_experiment::Config;
 use ratelab_recording::Recording;
-use ratelab_study::experiment::Config;
 
 use app::App;
 pub use app::{LabOutcome, keys};

@@ -2,8 +2,8 @@
 
 use std::mem;
 
-use ratelab_account::{Lineage, Observer, Rows, RunRow, Tap};
-use ratelab_study::experiment::Experiment;
+use ratelab_experiment::Experiment;
+use ratelab_metrics::{Lineage, Observer, Rows, RunRow, Tap};
 
 use super::{
     run::{WatchedRows, watched},

@@ -1,7 +1,7 @@
 //! Ticks that overlap, operation by operation, and the run itself, held between two of them.
 
 use ratelab::{Time, Topology};
-use ratelab_replay::Overlap;
+use ratelab_re_execution::Overlap;
 
 use ratelab_recording::{Execution, Held};
 
@@ -126,7 +126,7 @@ impl HeldOverlap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ratelab_replay::OverlapOperation;
+    use ratelab_re_execution::OverlapOperation;
 
     #[test]
     fn operations_follow_each_other_within_and_between_overlaps() {

@@ -4,8 +4,8 @@ use std::{sync::Arc, thread, time::Duration};
 
 use ratatui::{Terminal, backend::TestBackend, buffer::Buffer, layout::Size};
 use ratelab::Time;
+use ratelab_experiment::Config;
 use ratelab_recording::Recording;
-use ratelab_study::experiment::Config;
 
 use super::{
     app::App,

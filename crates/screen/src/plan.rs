@@ -3,8 +3,8 @@
 use std::{collections::VecDeque, time::Duration};
 
 use ratelab::Time;
-use ratelab_account::Rows;
-use ratelab_study::system::{ActionPlan, PlanBars, Planning};
+use ratelab_metrics::Rows;
+use ratelab_system::{ActionPlan, PlanBars, Planning};
 
 use super::{figures::mean, frame::PlanData};
 

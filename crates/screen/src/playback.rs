@@ -6,13 +6,11 @@ use std::{
 };
 
 use ratelab::Time;
-use ratelab_account::{Lineage, Observer};
+use ratelab_experiment::{Config, Summary};
+use ratelab_metrics::{Lineage, Observer};
+use ratelab_re_execution::Overlap;
 use ratelab_recording::{Execution, Recording, Replay};
-use ratelab_replay::Overlap;
-use ratelab_study::{
-    experiment::{Config, Summary},
-    system::System,
-};
+use ratelab_system::System;
 
 use super::{
     frame::TRACE_S,

@@ -2,8 +2,8 @@
 
 use crossterm::event::{KeyCode, KeyEvent};
 use ratelab::{KnobKind, Time};
-use ratelab_account::Snapshot;
-use ratelab_study::system::{Alias, System, names::first_alias};
+use ratelab_metrics::Snapshot;
+use ratelab_system::{Alias, System, names::first_alias};
 
 use super::knobs::{Direction, neighbour, targets};
 

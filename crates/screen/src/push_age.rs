@@ -7,8 +7,8 @@
 use std::{collections::VecDeque, time::Duration};
 
 use ratelab::Time;
-use ratelab_account::{LATELY, PushAge, Saw, Snapshot};
-use ratelab_study::system::System;
+use ratelab_metrics::{LATELY, PushAge, Saw, Snapshot};
+use ratelab_system::System;
 
 use super::age::AgeData;
 

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ratelab::Time;
-use ratelab_account::{Lineage, sensing_of};
+use ratelab_metrics::{Lineage, sensing_of};
 
 /// Returns the greatest reaction time of the pushes of node `acts` between two run times: from a
 /// sensing, for what changes right after it, to the first push derived from a later one. `None`
@@ -44,7 +44,7 @@ fn pushes(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Vec<(Time, Ti
 
 #[cfg(test)]
 mod tests {
-    use ratelab_study::experiment::Experiment;
+    use ratelab_experiment::Experiment;
 
     use super::*;
     use crate::{

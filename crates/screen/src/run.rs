@@ -3,11 +3,9 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::Knob;
-use ratelab_account::{Lineage, Observer, Rows};
-use ratelab_study::{
-    experiment::{Config, Summary},
-    system::{Signal, System, plant},
-};
+use ratelab_experiment::{Config, Summary};
+use ratelab_metrics::{Lineage, Observer, Rows};
+use ratelab_system::{Signal, System, plant};
 
 use super::{frame::Place, sameness::RunDigest};
 

@@ -3,7 +3,7 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use ratelab::Head;
-use ratelab_account::TickRecord;
+use ratelab_metrics::TickRecord;
 
 /// Maximum number of digests per topic or node.
 const MAX_DIGESTS: usize = 1 << 20;

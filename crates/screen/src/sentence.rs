@@ -1,7 +1,7 @@
 //! An age in a sentence.
 
 use ratelab::Topology;
-use ratelab_account::{AgeParts, AgeStage, nanos};
+use ratelab_metrics::{AgeParts, AgeStage, nanos};
 
 /// Returns an age in a sentence of at most `room` characters, where possible, such as
 /// `this push is 180 ms old: 20 waiting for the policy + 31 thinking + 12 on /action + 117 held`:
@@ -86,11 +86,9 @@ fn thinks(topology: &Topology, node: usize) -> bool {
 mod tests {
     use std::{sync::Arc, time::Duration};
 
-    use ratelab_account::AgePart;
-    use ratelab_study::{
-        experiment::{Config, Experiment},
-        graph_file::GraphFile,
-    };
+    use ratelab_experiment::{Config, Experiment};
+    use ratelab_metrics::AgePart;
+    use ratelab_system::graph_file::GraphFile;
 
     use super::*;
 

@@ -10,14 +10,12 @@ use std::{
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::{Clock, Command, Fault, Knob};
-use ratelab_account::{Lineage, Observer};
+use ratelab_experiment::{Config, Experiment, StepWriter, Summary};
+use ratelab_metrics::{Lineage, Observer};
+use ratelab_re_execution::RunLog;
 use ratelab_real_clock::{RealClock, RealtimePriority};
 use ratelab_recording::{Branch, Destination, Recorder, Recording, Source, StopReason};
-use ratelab_replay::RunLog;
-use ratelab_study::{
-    experiment::{Config, Experiment, StepWriter, Summary},
-    system::System,
-};
+use ratelab_system::System;
 
 use super::{
     lineage_taps::LineageTaps,

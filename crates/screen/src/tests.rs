@@ -27,7 +27,8 @@ use std::{path::Path, sync::Arc, thread, time::Duration};
 use crossterm::event::KeyCode;
 use ratelab::{ClockKind, Speed, Time};
 use ratelab_cart_pole::{Action, CartPole};
-use ratelab_study::{experiment::Config, system::WorldKind};
+use ratelab_experiment::Config;
+use ratelab_system::WorldKind;
 
 use kit::*;
 use ratelab_recording::Recording;

@@ -3,8 +3,8 @@
 use std::{collections::HashSet, time::Duration};
 
 use ratelab::{Head, MessageId, Time, Topology};
-use ratelab_account::{Chain, Lineage, PushInForce, TickWait, WaitsFor};
-use ratelab_study::system::PlanBar;
+use ratelab_metrics::{Chain, Lineage, PushInForce, TickWait, WaitsFor};
+use ratelab_system::PlanBar;
 
 use super::age::PushSentence;
 

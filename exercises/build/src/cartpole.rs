@@ -3,15 +3,13 @@
 use std::{cell::RefCell, collections::BTreeMap, mem, sync::Arc};
 
 use ratelab::{ClockExit, Derived, Head, MessageId, Push, TickId, Time};
-use ratelab_account::{Fields, Rows, TickCauses, TickRecord, TopicRead};
 use ratelab_cart_pole::{
     ACTION, Action, CartPole, ControlStep, OBS, Observation, Plant, PlantError, STATE,
     policy::{Policy, Scripted},
 };
-use ratelab_study::{
-    experiment::Config,
-    system::{KnobTextError, System},
-};
+use ratelab_experiment::Config;
+use ratelab_metrics::{Fields, Rows, TickCauses, TickRecord, TopicRead};
+use ratelab_system::{KnobTextError, System};
 
 use crate::{Node, Topic, clock};
 

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use build_it::cartpole::{Run, Settings, run};
 use ratelab::{ClockExit, EventKind, Push, Time};
-use ratelab_account::TickRecord;
 use ratelab_cart_pole::CartPole;
-use ratelab_study::experiment::Experiment;
+use ratelab_experiment::Experiment;
+use ratelab_metrics::TickRecord;
 
 /// More messages or ticks than a run of ten seconds has.
 const ALL: usize = 10_000;

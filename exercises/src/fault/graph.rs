@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use ratelab_cart_pole::CartPole;
-use ratelab_study::experiment::Config;
+use ratelab_experiment::Config;
 
 use crate::framework::{Failure, SplitMix, own_world};
 

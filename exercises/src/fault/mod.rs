@@ -5,8 +5,8 @@ mod graph;
 use std::iter;
 
 use graph::{FaultyGraph, SUSPECTS};
-use ratelab_account::{NodeAccount, TopicAccount};
-use ratelab_study::experiment::{Config, Experiment, Summary};
+use ratelab_experiment::{Config, Experiment, Summary};
+use ratelab_metrics::{NodeAccount, TopicAccount};
 
 use crate::framework::{
     Answer, Brief, Failure, Findings, Measurement, PredictionPlace, Table, cart_pole, mean_ms,

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, io, path::Path};
 
-use ratelab_study::file::{LockedFile, TextError, read_text_if_there};
+use ratelab_system::file::{LockedFile, TextError, read_text_if_there};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 

@@ -2,13 +2,11 @@
 
 use ratelab::{Fault, Hz, HzError, TimeError};
 use ratelab_cart_pole::{PlantError, stability::StabilityError};
-use ratelab_study::{
-    experiment::{
-        Config,
-        sweep::{AxisError, SweepError},
-    },
-    system::{BuildError, KnobTextError},
+use ratelab_experiment::{
+    Config,
+    sweep::{AxisError, SweepError},
 };
+use ratelab_system::{BuildError, KnobTextError};
 use thiserror::Error;
 
 use super::{

@@ -8,13 +8,11 @@ use ratelab_cart_pole::{
     policy::Scripted,
     stability::{Loop, Timing, WorldModel},
 };
-use ratelab_study::{
-    experiment::{
-        Config, Experiment, Summary,
-        sweep::{CellResult, Sweep, SweepAxis, all_cores},
-    },
-    system::WorldKind,
+use ratelab_experiment::{
+    Config, Experiment, Summary,
+    sweep::{CellResult, Sweep, SweepAxis, all_cores},
 };
+use ratelab_system::WorldKind;
 
 use super::{Failure, Measurement, mean_ms};
 

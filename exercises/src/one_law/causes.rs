@@ -6,13 +6,11 @@ use std::{
 };
 
 use ratelab::sync::lock;
-use ratelab_study::{
-    experiment::{
-        Config, Experiment,
-        sweep::{ByAge, CellResult},
-    },
-    system::{StepMs, WorldKind},
+use ratelab_experiment::{
+    Config, Experiment,
+    sweep::{ByAge, CellResult},
 };
+use ratelab_system::{StepMs, WorldKind};
 
 use rayon::prelude::*;
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ratelab_study::experiment::sweep::ByAge;
+use ratelab_experiment::sweep::ByAge;
 
 use super::causes::AgeCause;
 use crate::framework::{Answer, Failure, Findings, Measurement, PredictionPlace, Table, asked};

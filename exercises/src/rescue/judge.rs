@@ -19,7 +19,7 @@ use std::{fmt, time::Duration};
 
 use ratelab::{Event, Hz, Knob, Message, Time};
 use ratelab_cart_pole::{BROKEN_HZ, ControlStep, POLICY};
-use ratelab_study::system::Verdict;
+use ratelab_system::Verdict;
 
 use crate::framework::{angle_deg, widest_deg};
 

@@ -6,7 +6,7 @@ pub mod session;
 use judge::{RescueFailure, RescueSession, Rescued, judge};
 use ratelab::Hz;
 use ratelab_cart_pole::{BROKEN_HZ, CONTROL_HZ, CartPole};
-use ratelab_study::experiment::Config;
+use ratelab_experiment::Config;
 
 use crate::framework::{
     Answer, Failure, Findings, Measurement, PredictionPlace, RecordedRun, Table, angle_deg, edge,

@@ -3,10 +3,10 @@
 use std::{path::Path, time::Duration};
 
 use ratelab::{Event, Message, Time, TimedKnob};
-use ratelab_account::Rows;
 use ratelab_cart_pole::{BROKEN_HZ, CartPole, ControlStep, POLICY, STATE, actuator_hz, verdict};
+use ratelab_metrics::Rows;
 use ratelab_recording::{ReadError, Recording};
-use ratelab_study::system::Verdict;
+use ratelab_system::Verdict;
 
 use super::judge::{
     DANGER_DEG, HELD, RescueFailure, RescueSession, Rescued, control_rates, is_safe, judge,

@@ -6,9 +6,9 @@ mod nodes;
 pub(crate) use nodes::Nodes;
 
 use ratelab::{Hz, Time};
-use ratelab_account::{Distribution, Snapshot};
 use ratelab_cart_pole::{ACTION, ACTUATOR, CartPole, OBS, SENSE_TO_ACT};
-use ratelab_study::experiment::{Config, Experiment};
+use ratelab_experiment::{Config, Experiment};
+use ratelab_metrics::{Distribution, Snapshot};
 
 use crate::framework::{
     Answer, Failure, Findings, Measurement, PredictionPlace, Table, asked, cart_pole, hz, mean_ms,

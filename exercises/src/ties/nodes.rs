@@ -4,12 +4,12 @@
 //! somebody else's.
 
 use ratelab::{Depth, Flow, Graph, GraphError, Hz, Node, Tick, Time, Topic, Wiring};
-use ratelab_account::Observer;
 use ratelab_cart_pole::{
     ACTION, ACTUATOR, Action, Actuator, ControlStep, OBS, Observation, POLICY, Plant, PolicyNode,
     SENSOR, STATE, Sensor, SharedPlant, SimilarReadings, policy::Scripted,
 };
-use ratelab_study::system::BuildError;
+use ratelab_metrics::Observer;
+use ratelab_system::BuildError;
 
 use super::TimedRun;
 use crate::framework::Failure;

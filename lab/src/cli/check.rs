@@ -3,7 +3,7 @@
 use std::{num::NonZeroUsize, path::PathBuf};
 
 use clap::Args;
-use ratelab_study::experiment::sweep::Axis;
+use ratelab_experiment::sweep::Axis;
 
 use super::{GraphArgs, heading, sweep::threads};
 

@@ -22,7 +22,7 @@ use std::{ffi::OsString, path::PathBuf};
 
 use clap::{Arg, ArgMatches, Args, FromArgMatches, Subcommand, ValueHint, error::ErrorKind};
 use clap_complete::Shell;
-use ratelab_study::system::plant;
+use ratelab_system::plant;
 
 use crate::{
     printable::in_line,

@@ -3,7 +3,7 @@
 use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, Command};
-use ratelab_study::system::Setup;
+use ratelab_system::Setup;
 
 use super::{GraphArgs, ScreenArgs, graph_file, heading, values};
 use crate::program::Program;

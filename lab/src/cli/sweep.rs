@@ -4,7 +4,7 @@ use std::{num::NonZeroUsize, path::PathBuf};
 
 use clap::{Args, ValueEnum};
 use ratelab::Time;
-use ratelab_study::experiment::sweep::{Axis, SweepAxis};
+use ratelab_experiment::sweep::{Axis, SweepAxis};
 
 use super::{
     heading,

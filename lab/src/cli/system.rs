@@ -2,7 +2,8 @@
 
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches, ValueHint};
 use ratelab::{Depth, Hz, Knob, KnobKind};
-use ratelab_study::{experiment::sweep::SweepAxis, system::Alias};
+use ratelab_experiment::sweep::SweepAxis;
+use ratelab_system::Alias;
 
 use super::heading;
 use crate::program::Program;

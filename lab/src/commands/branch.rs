@@ -1,11 +1,9 @@
 //! `ratelab branch`: a recorded run, left at a moment with something changed.
 
 use ratelab::{Command, Speed};
+use ratelab_experiment::Summary;
 use ratelab_recording::{Change, Departure, StopReason, VerifyError, branch as branched};
-use ratelab_study::{
-    experiment::Summary,
-    system::{BuildError, Verdict},
-};
+use ratelab_system::{BuildError, Verdict};
 use serde_json::{Value, json};
 
 use crate::{

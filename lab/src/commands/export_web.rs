@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ratatui::layout::Size;
 use ratelab_recording::Recording;
 use ratelab_screen::{Look, picture};
-use ratelab_study::system::{Alias, System, names};
+use ratelab_system::{Alias, System, names};
 use serde_json::Value;
 
 use crate::{

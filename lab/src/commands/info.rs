@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use ratelab::Time;
-use ratelab_account::Rows;
-use ratelab_study::{experiment::Summary, system::System};
+use ratelab_experiment::Summary;
+use ratelab_metrics::Rows;
+use ratelab_system::System;
 use serde_json::{Value, json};
 
 use crate::{

@@ -1,7 +1,7 @@
 //! `ratelab keys`: the keys of the lab.
 
+use ratelab_experiment::{Config, own_world};
 use ratelab_screen::keys::{self, Need};
-use ratelab_study::experiment::{Config, own_world};
 
 use crate::{error::Error, output::print_line, program::Program};
 

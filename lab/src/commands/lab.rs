@@ -1,9 +1,9 @@
 //! `ratelab lab`: the dashboard over a running graph.
 
-use ratelab_screen::{Guide, ScreenError, SessionSetup};
 #[cfg(feature = "network")]
-use ratelab_study::experiment::Config;
-use ratelab_study::experiment::Experiment;
+use ratelab_experiment::Config;
+use ratelab_experiment::Experiment;
+use ratelab_screen::{Guide, ScreenError, SessionSetup};
 
 #[cfg(feature = "network")]
 use crate::output::print_recorded;

@@ -1,9 +1,9 @@
 //! `ratelab run`: the graph without a dashboard.
 
 use ratelab::{ClockKind, Command, Interrupt};
+use ratelab_experiment::{Experiment, StepWriter};
 use ratelab_real_clock::RealClock;
 use ratelab_recording::StopReason;
-use ratelab_study::experiment::{Experiment, StepWriter};
 
 use crate::{
     cli::PlainRunArgs,

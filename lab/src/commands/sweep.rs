@@ -5,7 +5,7 @@ use std::{
     ops::ControlFlow,
 };
 
-use ratelab_study::experiment::sweep::{Sweep, Swept, all_cores};
+use ratelab_experiment::sweep::{Sweep, Swept, all_cores};
 
 use crate::{
     cli::{ByArg, SweepArgs},

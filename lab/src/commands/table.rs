@@ -6,7 +6,7 @@ use std::{
     sync::Arc,
 };
 
-use ratelab_study::system::names::key;
+use ratelab_system::names::key;
 
 use crate::{
     cli::TableArgs,

@@ -3,8 +3,8 @@
 use std::{path::Path, process};
 
 use ratelab::{Interrupt, Time};
-use ratelab_replay::BusyNode;
-use ratelab_study::system::Setup;
+use ratelab_re_execution::BusyNode;
+use ratelab_system::Setup;
 use serde_json::{Value, json};
 
 use crate::{

@@ -9,11 +9,8 @@ use std::{
 };
 
 use ratelab::{ClockKind, Command, Event, Knob, KnobKind, TickTiming, Time, TimedKnob};
-use ratelab_study::{
-    experiment::{Config, Experiment, Summary},
-    measured::loaded,
-    system::System,
-};
+use ratelab_experiment::{Config, Experiment, Summary};
+use ratelab_system::{System, measured::loaded};
 
 use crate::{error::Error, program::Program, reading};
 use ratelab_recording::{Recording, Replay, RunStatus, durations};

@@ -3,8 +3,9 @@
 use std::{iter, time::Duration};
 
 use exercises::framework::Table;
-use ratelab_account::Distribution;
-use ratelab_study::{experiment::Summary, system::System};
+use ratelab_experiment::Summary;
+use ratelab_metrics::Distribution;
+use ratelab_system::System;
 use serde_json::{Map, Value, json};
 
 use super::Like;

@@ -3,7 +3,7 @@
 use std::{collections::HashMap, env};
 
 use clap::{Args, Command};
-use ratelab_wire::USUAL;
+use ratelab_network::USUAL;
 
 use crate::{
     cli::{NodeArgs, UpArgs, take_graph_file},

@@ -1,7 +1,7 @@
 //! The traffic of a process with others, as lines of a report.
 
-use ratelab_account::{Observer, TopicAccount};
-use ratelab_wire::{Bridge, Inlet};
+use ratelab_metrics::{Observer, TopicAccount};
+use ratelab_network::{Bridge, Inlet};
 
 use crate::summary::text::{line, ms};
 

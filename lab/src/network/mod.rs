@@ -14,15 +14,15 @@ pub use node::node;
 pub use show::{attached, show};
 pub use up::up;
 
-use ratelab_wire::WireError;
+use ratelab_network::NetworkError;
 
 use crate::error::Error;
 
-impl From<WireError> for Error {
-    fn from(error: WireError) -> Self {
+impl From<NetworkError> for Error {
+    fn from(error: NetworkError) -> Self {
         match error {
-            WireError::Setting(why) => Self::BadInput(why),
-            WireError::Taken(why) | WireError::Network(why) => Self::Network(why),
+            NetworkError::Setting(why) => Self::BadInput(why),
+            NetworkError::Taken(why) | NetworkError::Network(why) => Self::Network(why),
         }
     }
 }

@@ -3,9 +3,9 @@
 use std::process;
 
 use ratelab::{Time, Topology};
+use ratelab_experiment::{Config, Experiment, Summary};
+use ratelab_network::{Bridge, SessionEnd, Settings, USUAL, machine};
 use ratelab_real_clock::RealClock;
-use ratelab_study::experiment::{Config, Experiment, Summary};
-use ratelab_wire::{Bridge, SessionEnd, Settings, USUAL, machine};
 
 use super::{again, line, parts, stop::Stop};
 use crate::{

@@ -1,7 +1,7 @@
 //! Which nodes of a graph make a process.
 
 use ratelab::Topology;
-use ratelab_study::system::System;
+use ratelab_system::System;
 
 /// The nodes that `names` stand for: nodes, or groups of them.
 pub fn nodes(system: &dyn System, graph: &Topology, names: &[String]) -> Vec<String> {
@@ -46,7 +46,7 @@ fn add(names: &mut Vec<String>, name: String) {
 mod tests {
     use super::*;
     use ratelab_cart_pole::CartPole;
-    use ratelab_study::experiment::{Config, Experiment};
+    use ratelab_experiment::{Config, Experiment};
     use std::sync::Arc;
 
     #[test]

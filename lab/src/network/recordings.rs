@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use ratelab_study::experiment::Summary;
+use ratelab_experiment::Summary;
 
 use crate::{error::Error, output::record_error};
 use ratelab_recording::{

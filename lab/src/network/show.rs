@@ -7,10 +7,10 @@ use std::{
 };
 
 use ratelab::sync::lock;
+use ratelab_experiment::{Config, Experiment, Summary};
+use ratelab_network::{Follower, SessionEnd, Settings, USUAL};
 use ratelab_recording::{Destination, FinishedRecording, RecordError};
 use ratelab_screen::Options;
-use ratelab_study::experiment::{Config, Experiment, Summary};
-use ratelab_wire::{Follower, SessionEnd, Settings, USUAL};
 
 use super::{again::StartCommands, recordings::Recordings, remote::RemoteRun};
 use crate::{error::Error, output::note, program::Program};

@@ -10,8 +10,8 @@ use std::{
 };
 
 use ratelab::Time;
+use ratelab_experiment::Config;
 use ratelab_screen::terminal_is_there;
-use ratelab_study::experiment::Config;
 
 use super::{
     again,

@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use ratelab_study::file::{Unfinished, check_writable, has_other_names, is_same, resolved};
+use ratelab_system::file::{Unfinished, check_writable, has_other_names, is_same, resolved};
 
 use super::{
     kind::OutputKind,

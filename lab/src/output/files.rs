@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use ratelab_study::file::{Provisional, folder_of, is_same};
+use ratelab_system::file::{Provisional, folder_of, is_same};
 
 use super::{OutputFile, kind::OutputKind};
 use crate::error::Error;

@@ -6,7 +6,7 @@ use std::{
     path::Path,
 };
 
-use ratelab_study::file::read;
+use ratelab_system::file::read;
 
 use super::live::must_be_live;
 use crate::{error::Error, trace::is_trace};

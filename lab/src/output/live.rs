@@ -7,7 +7,7 @@ use std::{
     path::Path,
 };
 
-use ratelab_study::file::{Provisional, check_writable, resolved};
+use ratelab_system::file::{Provisional, check_writable, resolved};
 
 use super::pipe::{self, PatientFile};
 

@@ -1,7 +1,7 @@
 //! Which node or topic makes the data old: the ages of a run and their parts.
 
 use ratelab::millis;
-use ratelab_study::experiment::{AgeShare, RunAge};
+use ratelab_experiment::{AgeShare, RunAge};
 use serde_json::{Value, json};
 
 /// The share of an age below which a part has no line of its own.

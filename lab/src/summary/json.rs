@@ -3,13 +3,11 @@
 use std::time::Duration;
 
 use ratelab::{KnobKind, Time};
-use ratelab_account::{Distribution, NodeAccount, TopicAccount};
-use ratelab_study::{
-    experiment::{Summary, sweep::CellResult},
-    system::{
-        FigureValue, KnobText, System, SystemFigure, WorldKind,
-        names::{self, good, key},
-    },
+use ratelab_experiment::{Summary, sweep::CellResult};
+use ratelab_metrics::{Distribution, NodeAccount, TopicAccount};
+use ratelab_system::{
+    FigureValue, KnobText, System, SystemFigure, WorldKind,
+    names::{self, good, key},
 };
 use serde_json::{Map, Value, json};
 

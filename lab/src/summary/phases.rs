@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, ops::ControlFlow};
 
 use ratelab::{ClockKind, Interrupt, millis};
-use ratelab_study::experiment::{
+use ratelab_experiment::{
     Experiment,
     sweep::{Sweep, all_cores},
 };

@@ -3,16 +3,14 @@
 use std::{iter, time::Duration};
 
 use ratelab::{ClockKind, Command, Event, EventKind, Hz, Knob, KnobKind, millis};
-use ratelab_account::{Distribution, NodeAccount};
+use ratelab_experiment::{MeanPushAge, RunAge, Summary};
+use ratelab_metrics::{Distribution, NodeAccount};
 use ratelab_real_clock::RealtimeError;
 use ratelab_recording::FinishedRecording;
-use ratelab_study::{
-    experiment::{MeanPushAge, RunAge, Summary},
-    system::{
-        Alias, DataChain, KnobText, System, SystemFigure,
-        names::{self, label, node_label, rate_alias, short_value},
-        plant,
-    },
+use ratelab_system::{
+    Alias, DataChain, KnobText, System, SystemFigure,
+    names::{self, label, node_label, rate_alias, short_value},
+    plant,
 };
 
 use super::{ages, phases::PhaseSpread};
@@ -469,7 +467,7 @@ pub fn size(bytes: u64) -> String {
 #[cfg(test)]
 mod tests {
     use ratelab::{Graph, Hz, Tick};
-    use ratelab_account::Observer;
+    use ratelab_metrics::Observer;
 
     use super::*;
 

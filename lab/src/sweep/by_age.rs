@@ -1,10 +1,8 @@
 //! A sweep by mean push age, for any axes.
 
+use ratelab_experiment::sweep::{ByAge, Swept};
 use ratelab_screen::{SurvivalLevel, Theme};
-use ratelab_study::{
-    experiment::sweep::{ByAge, Swept},
-    system::names::key,
-};
+use ratelab_system::names::key;
 use serde_json::{Value, json};
 
 use super::summary::SweepSummary;

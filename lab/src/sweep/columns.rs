@@ -1,10 +1,8 @@
 //! The knobs of a sweep as columns of a table.
 
 use ratelab::{Knob, KnobKind};
-use ratelab_study::{
-    experiment::sweep::{Cell, Sweep},
-    system::{Alias, names},
-};
+use ratelab_experiment::sweep::{Cell, Sweep};
+use ratelab_system::{Alias, names};
 
 use crate::printable::in_line;
 

@@ -2,13 +2,11 @@
 
 use std::io::{self, BufWriter, Write};
 
-use ratelab_study::{
-    experiment::{
-        Experiment,
-        sweep::{Sweep, Swept},
-    },
-    system::names::{good, key},
+use ratelab_experiment::{
+    Experiment,
+    sweep::{Sweep, Swept},
 };
+use ratelab_system::names::{good, key};
 
 use super::{columns, parts};
 use crate::{csv::row_of, error::Error, results::read_topics};

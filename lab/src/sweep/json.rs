@@ -1,9 +1,7 @@
 //! The results of a sweep, for programs.
 
-use ratelab_study::{
-    experiment::sweep::{Cell, CellResult, Sweep, Swept},
-    system::names::key,
-};
+use ratelab_experiment::sweep::{Cell, CellResult, Sweep, Swept};
+use ratelab_system::names::key;
 use serde_json::{Map, Value, json};
 
 use super::{

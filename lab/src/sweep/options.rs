@@ -3,7 +3,7 @@
 use std::{collections::HashSet, sync::Arc};
 
 use ratelab::{Knob, KnobKind};
-use ratelab_study::experiment::{
+use ratelab_experiment::{
     Config, Experiment,
     sweep::{Sweep, SweepAxis},
 };

@@ -1,6 +1,6 @@
 //! The ages of the runs of a sweep and their parts, as columns.
 
-use ratelab_study::experiment::{RunAge, sweep::CellResult};
+use ratelab_experiment::{RunAge, sweep::CellResult};
 
 /// The mean of an age, or of one of its parts.
 #[derive(Clone, PartialEq)]

@@ -7,7 +7,7 @@ use ratelab_recording::{
     RecordError,
     rrd::{Curve, CurvePlot, CurvePlots, RecordingFile},
 };
-use ratelab_study::{file::Provisional, system::names::key};
+use ratelab_system::{file::Provisional, names::key};
 
 use super::{
     figures,
@@ -160,7 +160,7 @@ mod tests {
     use std::{ops::ControlFlow, sync::Arc};
 
     use ratelab_cart_pole::CartPole;
-    use ratelab_study::experiment::{
+    use ratelab_experiment::{
         Config,
         sweep::{Sweep, SweepAxis, all_cores},
     };

@@ -1,9 +1,7 @@
 //! The runs of a sweep, combined over the seeds.
 
-use ratelab_study::{
-    experiment::sweep::{CellResult, Survival, Sweep, Swept},
-    system::names,
-};
+use ratelab_experiment::sweep::{CellResult, Survival, Sweep, Swept};
+use ratelab_system::names;
 
 use super::{
     columns::{self, Column},

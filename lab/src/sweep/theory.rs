@@ -1,7 +1,7 @@
 //! Growth by linear theory for each pair of rates of the cart-pole.
 
 use ratelab_cart_pole::stability::{Expected, StabilityError, expected};
-use ratelab_study::experiment::Config;
+use ratelab_experiment::Config;
 
 use crate::error::Error;
 

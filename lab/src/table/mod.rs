@@ -9,12 +9,10 @@ mod topic;
 use std::sync::Arc;
 
 use ratelab::Time;
-use ratelab_account::Lineage;
+use ratelab_experiment::RunAge;
+use ratelab_metrics::Lineage;
 use ratelab_recording::{Recording, Replay};
-use ratelab_study::{
-    experiment::RunAge,
-    system::{System, names::key},
-};
+use ratelab_system::{System, names::key};
 
 use crate::{csv::row_of, summary::ages::data_of};
 

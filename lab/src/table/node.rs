@@ -1,6 +1,6 @@
 //! The table of a node: a row for each tick.
 
-use ratelab_account::{TickRecord, TracedTick, nanos, sensing_of};
+use ratelab_metrics::{TickRecord, TracedTick, nanos, sensing_of};
 
 use super::{RunTables, between, milliseconds, owned, seconds};
 

@@ -3,7 +3,7 @@
 use std::iter;
 
 use ratelab::{Head, MessageId};
-use ratelab_account::sensing_of;
+use ratelab_metrics::sensing_of;
 
 use super::{RunTables, between, owned, seconds};
 

@@ -7,8 +7,8 @@ mod tracks;
 use perfetto::Trace;
 use prost::Message;
 use ratelab::{Head, MessageId, Time};
-use ratelab_account::{Lineage, TickWait, TracedTick, WaitsFor};
-use ratelab_study::system::{PlanBar, System, acting};
+use ratelab_metrics::{Lineage, TickWait, TracedTick, WaitsFor};
+use ratelab_system::{PlanBar, System, acting};
 use tracks::{EventText, Tracks};
 
 use ratelab_recording::{Recording, end_of};

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use ratelab::{Command, Event, Head, Knob, Time};
-use ratelab_account::{PushAge, Rows};
-use ratelab_study::system::{Picture, Shape, Style, System};
+use ratelab_metrics::{PushAge, Rows};
+use ratelab_system::{Picture, Shape, Style, System};
 use serde_json::{Value, json};
 
 use crate::{

@@ -1,6 +1,6 @@
 //! A process of a run in several.
 
-#[path = "../../../crates/wire/tests/support/address.rs"]
+#[path = "../../../crates/network/tests/support/address.rs"]
 pub mod address;
 
 use std::{

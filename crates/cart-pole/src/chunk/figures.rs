@@ -1,7 +1,7 @@
 //! What a run came to, of its chunks.
 
-use ratelab_account::Fields;
-use ratelab_study::system::{FigureValue, RunTally, SystemFigure};
+use ratelab_metrics::Fields;
+use ratelab_system::{FigureValue, RunTally, SystemFigure};
 
 use super::message::{CHUNK, Chunk, PLAYER_STEP, PlayerStep};
 

@@ -3,7 +3,7 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::Time;
-use ratelab_account::{Fields, fields};
+use ratelab_metrics::{Fields, fields};
 use strum::VariantArray;
 
 use super::settings::{Horizon, PlanKind};

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use ratelab::{Head, Knob};
-use ratelab_account::Fields;
-use ratelab_study::system::{ActionPlan, Planning, PlayStep, Spoiler};
+use ratelab_metrics::Fields;
+use ratelab_system::{ActionPlan, Planning, PlayStep, Spoiler};
 
 use super::{
     ACTION_PERIOD, PLAYER,

@@ -3,7 +3,7 @@
 use std::{fmt, str::FromStr, time::Duration};
 
 use ratelab::{alternatives, millis};
-use ratelab_study::system::Setup;
+use ratelab_system::Setup;
 use strum::{Display, IntoStaticStr, VariantArray, VariantNames};
 
 use super::{ACTION_PERIOD, PLAYER};

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ratelab::{Hz, Knob, KnobKind};
-use ratelab_study::system::Setup;
+use ratelab_system::Setup;
 
 use super::{
     ACTION_PERIOD,

@@ -7,7 +7,7 @@ use super::{
     LARGEST_FILE, PolicyFault, built_in::EXPECTED, format::FileFormat, onnx::WholeGraph,
     way_out::way_out,
 };
-use ratelab_study::file::{self, FileError};
+use ratelab_system::file::{self, FileError};
 use serde::{Deserialize, Serialize};
 
 /// Separator between path and digest in a text, as in pinned container images.

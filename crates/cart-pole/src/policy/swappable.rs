@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ratelab_study::system::RecordedAnswers;
+use ratelab_system::RecordedAnswers;
 
 use super::{
     Moment, Policy, PolicyCache, PolicyContext, PolicyError, PolicyFault, PolicySpec,

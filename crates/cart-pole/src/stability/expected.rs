@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ratelab::{Draw, Knob, Link, ReadOrder};
-use ratelab_study::system::{Setup, WorldKind};
+use ratelab_system::{Setup, WorldKind};
 
 use super::{
     control_loop::{Loop, gains},

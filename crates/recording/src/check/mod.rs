@@ -9,7 +9,7 @@ pub use description_error::DescriptionError;
 pub use limits::check_graph;
 
 use ratelab::{ClockKind, Command, Event, Hz, Knob, NodeTopology, Time, Topology};
-use ratelab_account::TickRecord;
+use ratelab_metrics::TickRecord;
 
 use self::tick_schedule::TickSchedule;
 use crate::run::{RecordRow, Recording, RecordingEnd, RunStatus, Series};

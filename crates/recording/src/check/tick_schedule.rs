@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use ratelab::{Event, Hz, Knob, KnobKind, NodeTopology, Rate, Time};
-use ratelab_study::system::Setup;
+use ratelab_system::Setup;
 
 /// The ticks of a node under the virtual clock, from its first rate and all changes of
 /// it, followed through run time. The cost is independent of the length of the run.

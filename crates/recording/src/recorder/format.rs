@@ -6,7 +6,7 @@ use std::{
     sync::Arc,
 };
 
-use ratelab_account::{RunRow, Tap};
+use ratelab_metrics::{RunRow, Tap};
 use thiserror::Error;
 
 use super::source::{Source, StopReason};

@@ -7,14 +7,14 @@
 //! use std::{fs, fs::File, io, io::Write, path::{Path, PathBuf}, sync::Arc};
 //!
 //! use ratelab::Topology;
-//! use ratelab_account::{Observer, RunRow, Tap};
+//! use ratelab_metrics::{Observer, RunRow, Tap};
 //! use ratelab_cart_pole::CartPole;
 //! use ratelab_recording::{
 //!     BeginRun, Destination, FinishedRecording, Recorder, RecordingFormat, RunWriter, Source,
 //!     StopReason,
 //! };
-//! use ratelab_replay::RunLog;
-//! use ratelab_study::experiment::{Config, Experiment};
+//! use ratelab_re_execution::RunLog;
+//! use ratelab_experiment::{Config, Experiment};
 //!
 //! struct TextFormat;
 //!

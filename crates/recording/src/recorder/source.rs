@@ -3,12 +3,10 @@
 use std::sync::Arc;
 
 use ratelab::{Fault, Topology};
-use ratelab_account::{Observer, Rows, RunRow, Snapshot, Tap, TopicAccount};
-use ratelab_replay::RunLog;
-use ratelab_study::{
-    experiment::{Experiment, Summary, Taps},
-    system::System,
-};
+use ratelab_experiment::{Experiment, Summary, Taps};
+use ratelab_metrics::{Observer, Rows, RunRow, Snapshot, Tap, TopicAccount};
+use ratelab_re_execution::RunLog;
+use ratelab_system::System;
 
 use crate::run::{Origin, Recording, RecordingEnd, RunResult, RunRows, RunStatus, ThreadLog};
 

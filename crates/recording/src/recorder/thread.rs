@@ -16,8 +16,8 @@ use std::{
 };
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
-use ratelab_account::{Observer, RunRow, Tap};
-use ratelab_replay::RunLog;
+use ratelab_metrics::{Observer, RunRow, Tap};
+use ratelab_re_execution::RunLog;
 
 use super::{
     destination::Destination,

@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, sync::Mutex};
 
 use ratelab::{ClockKind, sync::lock};
-use ratelab_study::system::{Signal, System, paced_node};
+use ratelab_system::{Signal, System, paced_node};
 use rerun::{
     AsComponents, EntityPath, RecordingStream, RecordingStreamBuilder, SerializedComponentBatch,
     StoreKind, TimePoint, Timeline,

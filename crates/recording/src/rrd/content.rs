@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use ratelab::{Event, Executor, Match, Time, Topology};
-use ratelab_study::system::Setup;
+use ratelab_system::Setup;
 use rerun::{EntityPath, log::Chunk};
 use serde::de::DeserializeOwned;
 use serde_json::Value;

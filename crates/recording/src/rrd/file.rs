@@ -12,7 +12,7 @@ use std::{
 };
 
 use ratelab::sync::lock;
-use ratelab_study::file::{Unfinished, resolved};
+use ratelab_system::file::{Unfinished, resolved};
 use rerun::{
     external::re_log_encoding::{EncodeError, Encoder, EncodingOptions},
     log::LogMsg,

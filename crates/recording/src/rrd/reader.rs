@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use ratelab_study::file::{self, FileError};
+use ratelab_system::file::{self, FileError};
 use thiserror::Error;
 
 use super::{

@@ -7,8 +7,8 @@
 use std::collections::BTreeMap;
 
 use ratelab::{Digest, Event, Time, Topology};
-use ratelab_account::Observer;
-use ratelab_replay::{Log, LogPosition, RunLog};
+use ratelab_metrics::Observer;
+use ratelab_re_execution::{Log, LogPosition, RunLog};
 use rerun::log::{Chunk, RowId};
 
 use super::{

@@ -9,9 +9,9 @@ use std::{
 };
 
 use ratelab::{ClockKind, Command, Event, Head, Time, Topology};
-use ratelab_account::{Observer, RunRow, Tap};
-use ratelab_replay::RunLog;
-use ratelab_study::system::System;
+use ratelab_metrics::{Observer, RunRow, Tap};
+use ratelab_re_execution::RunLog;
+use ratelab_system::System;
 use rerun::{EntityPath, RecordingStream};
 
 use super::{

@@ -3,10 +3,8 @@
 use std::{collections::BTreeMap, time::Duration};
 
 use ratelab::{ClockKind, Time};
-use ratelab_study::{
-    experiment::Summary,
-    system::{System, Verdict, VerdictKind},
-};
+use ratelab_experiment::Summary;
+use ratelab_system::{System, Verdict, VerdictKind};
 use serde::{Deserialize, Serialize};
 
 /// The end of a recording.

@@ -1,11 +1,9 @@
 //! The lineage of a recorded run.
 
 use ratelab::{Event, Knob, Time, TimedKnob};
-use ratelab_account::{Lineage, TickRecord};
-use ratelab_study::{
-    experiment::{RunAge, RunAges, Summary},
-    system::{PlanBar, PlanBars, Planning, System},
-};
+use ratelab_experiment::{RunAge, RunAges, Summary};
+use ratelab_metrics::{Lineage, TickRecord};
+use ratelab_system::{PlanBar, PlanBars, Planning, System};
 
 use super::recording::Recording;
 

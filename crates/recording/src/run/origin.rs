@@ -3,10 +3,8 @@
 use std::fmt;
 
 use ratelab::{Topology, millis};
-use ratelab_study::{
-    experiment::Config,
-    system::{About, System},
-};
+use ratelab_experiment::Config;
+use ratelab_system::{About, System};
 use serde::{Deserialize, Serialize};
 
 /// Version of what a recording holds. A reader refuses a later one.

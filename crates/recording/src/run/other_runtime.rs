@@ -3,11 +3,9 @@
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
 use ratelab::{ClockExit, ClockKind, Event, EventKind};
-use ratelab_account::{Rows, TickRecord};
-use ratelab_study::{
-    experiment::{Config, Experiment, Summary},
-    system::{BuildError, System, verdict},
-};
+use ratelab_experiment::{Config, Experiment, Summary};
+use ratelab_metrics::{Rows, TickRecord};
+use ratelab_system::{BuildError, System, verdict};
 
 use super::{
     end::{RecordingEnd, RunResult, RunStatus},

@@ -7,12 +7,9 @@ use std::{
 };
 
 use ratelab::{Event, Message, NodeTopology, Time};
-use ratelab_account::{Fields, Rows, TickRecord};
-use ratelab_replay::Log;
-use ratelab_study::{
-    graph_file::GraphFile,
-    system::{BuildError, Builder, System},
-};
+use ratelab_metrics::{Fields, Rows, TickRecord};
+use ratelab_re_execution::Log;
+use ratelab_system::{BuildError, Builder, System, graph_file::GraphFile};
 
 use super::{
     end::{RecordingEnd, RunResult, RunStatus},

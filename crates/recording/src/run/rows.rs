@@ -1,7 +1,7 @@
 //! What a run gives row by row: the messages of its topics and the ticks of its nodes.
 
 use ratelab::{Time, Topology};
-use ratelab_account::{Rows, RunRow, Tap, TickRecord};
+use ratelab_metrics::{Rows, RunRow, Tap, TickRecord};
 
 use super::series::Series;
 

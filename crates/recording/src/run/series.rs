@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use ratelab::{Derived, Head, MessageId, Push, TickId, Time, Topology};
-use ratelab_account::{Rows, TickCauses, TickRecord, TopicRead};
+use ratelab_metrics::{Rows, TickCauses, TickRecord, TopicRead};
 
 use super::row::{
     ColumnForm::{Count, Delivery, Nanos, Plot, Rare, RareCount, RunTime, Stamp, Wall},

@@ -10,12 +10,10 @@ use std::{
 
 use crossbeam_channel::{RecvTimeoutError, Sender};
 use ratelab::{Command, Event, Fault, Knob, Speed, Time};
-use ratelab_account::{Observer, RunRow, Tap};
-use ratelab_replay::{BusyNode, Doing, Rerun, Watch};
-use ratelab_study::{
-    experiment::{Config, Experiment, Summary},
-    system::{AnswersOfNodes, BuildError, Setup, System},
-};
+use ratelab_experiment::{Config, Experiment, Summary};
+use ratelab_metrics::{Observer, RunRow, Tap};
+use ratelab_re_execution::{BusyNode, Doing, ReExecution, Watch};
+use ratelab_system::{AnswersOfNodes, BuildError, Setup, System};
 
 use super::{
     Identical, VerifyError, compare::Comparison, difference::Difference, end, events, topology,
@@ -72,19 +70,19 @@ pub struct RanAgain {
     pub stopped: bool,
 }
 
-/// Runs `experiment`, in the order of `rerun` where it was under the real clock. `compare` gets
+/// Runs `experiment`, in the order of `re_execution` where it was under the real clock. `compare` gets
 /// its rows as they come, until one differs; `watch` looks on now and then. Each may end it.
 pub fn run_again(
     experiment: Experiment,
-    mut rerun: Option<Rerun>,
+    mut re_execution: Option<ReExecution>,
     compare: impl FnMut(RunRow) -> Option<Difference> + Send,
     watch: impl FnMut() -> ControlFlow<()> + Send,
 ) -> RanAgain {
     let (tap, commands) = (experiment.taps().all(BACKLOG), experiment.commands());
     thread::scope(|scope| {
         let follower = scope.spawn(move || follow(&tap, &commands, compare, watch));
-        let end = match &mut rerun {
-            Some(rerun) => experiment.run_with(rerun),
+        let end = match &mut re_execution {
+            Some(re_execution) => experiment.run_with(re_execution),
             None => experiment.run(),
         };
         // A panic is passed on: it must not count as no difference.
@@ -92,7 +90,7 @@ pub fn run_again(
         RanAgain {
             end,
             difference,
-            diverged: rerun.as_ref().and_then(Rerun::difference),
+            diverged: re_execution.as_ref().and_then(ReExecution::difference),
             stopped,
         }
     })
@@ -130,24 +128,24 @@ pub fn prepare(
     system: &Arc<dyn System>,
     config: Config,
     answers: AnswersOfNodes,
-    rerun: Option<&Rerun>,
+    re_execution: Option<&ReExecution>,
 ) -> Result<Experiment, BuildError> {
     let config = with_tables(config)?;
     let mut experiment = Experiment::again(system.clone(), &config, &recording.knobs(), answers)?;
-    experiment.schedule(events::commands(recording, &**system, rerun)?);
+    experiment.schedule(events::commands(recording, &**system, re_execution)?);
     Ok(experiment)
 }
 
-/// Runs it again with `system`, in the order of `rerun` where it was under the real clock, and
+/// Runs it again with `system`, in the order of `re_execution` where it was under the real clock, and
 /// compares all of it; nodes with `answers` give these. `watch` looks on now and then, and may end it.
 pub fn compare(
     recording: &Recording,
     system: &Arc<dyn System>,
     answers: AnswersOfNodes,
-    rerun: Option<Rerun>,
+    re_execution: Option<ReExecution>,
     watch: impl FnMut(&VerifyStatus) -> ControlFlow<()> + Send,
 ) -> Result<Identical, VerifyError> {
-    let threads = rerun.is_some();
+    let threads = re_execution.is_some();
     let config = with_tables(config_again(recording))?;
     // Missing files are errors before the comparison begins.
     let needed = Config {
@@ -155,7 +153,7 @@ pub fn compare(
         ..config.clone()
     };
     let whole = needed.resolved(&**system)?.setup;
-    let experiment = prepare(recording, system, config, answers, rerun.as_ref())?;
+    let experiment = prepare(recording, system, config, answers, re_execution.as_ref())?;
     let observer = experiment.observer();
     let topology = &recording.origin.topology;
     let before = topology::compare(topology, &observer.topology())
@@ -165,12 +163,12 @@ pub fn compare(
     let mut comparison = Comparison::new(recording, threads, &experiment.taps());
     let mut watcher = RunWatcher {
         observer: observer.clone(),
-        rerun: rerun.as_ref().map(Rerun::watch),
+        re_execution: re_execution.as_ref().map(ReExecution::watch),
         last: None,
         watch,
     };
     let compare = |row| comparison.row(&row);
-    let ran = run_again(experiment, rerun, compare, || watcher.look());
+    let ran = run_again(experiment, re_execution, compare, || watcher.look());
     if ran.stopped {
         return Err(VerifyError::Stopped);
     }
@@ -216,7 +214,7 @@ fn compare_rest(
 /// Looks on.
 struct RunWatcher<W> {
     observer: Observer,
-    rerun: Option<Arc<Watch>>,
+    re_execution: Option<Arc<Watch>>,
     /// What the run did when it last did something else, and when that was.
     last: Option<(Doing, Instant)>,
     watch: W,
@@ -224,7 +222,10 @@ struct RunWatcher<W> {
 
 impl<W: FnMut(&VerifyStatus) -> ControlFlow<()>> RunWatcher<W> {
     fn look(&mut self) -> ControlFlow<()> {
-        let doing = self.rerun.as_ref().map(|rerun| rerun.doing());
+        let doing = self
+            .re_execution
+            .as_ref()
+            .map(|re_execution| re_execution.doing());
         if self.last.as_ref().map(|(last, _)| last) != doing.as_ref() {
             self.last = doing.map(|doing| (doing, Instant::now()));
         }

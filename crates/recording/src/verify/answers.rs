@@ -6,7 +6,7 @@ use std::{
 };
 
 use ratelab::{Command, EventKind, Knob};
-use ratelab_study::system::{AnswersOfNodes, RecordedAnswers, System};
+use ratelab_system::{AnswersOfNodes, RecordedAnswers, System};
 
 use crate::run::Recording;
 
@@ -64,7 +64,7 @@ impl Recording {
         for (number, head) in messages.heads().iter().enumerate() {
             // It is of the first tick that had not ended before it, and has no other.
             let is_before =
-                |tick: &&ratelab_account::TickRecord| tick.ends.is_none_or(|ends| ends < head.at);
+                |tick: &&ratelab_metrics::TickRecord| tick.ends.is_none_or(|ends| ends < head.at);
             while ticks.next_if(is_before).is_some() {}
             if let Some(tick) = ticks.next() {
                 answers.insert(tick.at, Ok(messages.row(number).to_vec()));

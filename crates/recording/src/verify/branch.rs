@@ -6,12 +6,10 @@ use std::{sync::Arc, time::Duration};
 use ratelab::{
     Clock, ClockExit, Command, Fault, Graph, Inbox, Knob, Speed, Time, TimedCommand, TimedKnob,
 };
+use ratelab_experiment::{Config, Experiment, Summary};
+use ratelab_re_execution::ReExecution;
 use ratelab_real_clock::RealClock;
-use ratelab_replay::Rerun;
-use ratelab_study::{
-    experiment::{Config, Experiment, Summary},
-    system::{AnswersOfNodes, System},
-};
+use ratelab_system::{AnswersOfNodes, System};
 
 use super::{VerifyError, again, events, order};
 use crate::run::Recording;
@@ -54,7 +52,7 @@ pub fn branch(
     departure: &Departure,
 ) -> Result<Branch, VerifyError> {
     super::refuse_foreign(recording, system)?;
-    let mut rerun = order::rerun(recording, &**system)?;
+    let mut re_execution = order::re_execution(recording, &**system)?;
     let at = departure.at;
     let knobs = departure.knobs.iter().cloned();
     let mut config = again::with_tables(Config {
@@ -67,21 +65,21 @@ pub fn branch(
     let build =
         |config: &Config| Experiment::again(system.clone(), config, &taken, AnswersOfNodes::new());
     let mut experiment = build(&config)?;
-    let rest = rerun
+    let rest = re_execution
         .as_ref()
-        .and_then(|rerun| rerun.rest_before(at, config.clock));
-    if let (Some(rerun), Some(_)) = (&mut rerun, rest) {
+        .and_then(|re_execution| re_execution.rest_before(at, config.clock));
+    if let (Some(re_execution), Some(_)) = (&mut re_execution, rest) {
         let knobs = experiment.config().knobs.iter();
-        rerun.branch(at, knobs.map(|timed| timed.knob.clone().into()).collect());
+        re_execution.branch(at, knobs.map(|timed| timed.knob.clone().into()).collect());
         config.knobs.clear();
         experiment = build(&config)?;
     }
-    experiment.schedule(commands(recording, &**system, rerun.as_ref(), at)?);
+    experiment.schedule(commands(recording, &**system, re_execution.as_ref(), at)?);
     Ok(Branch {
         at: rest.unwrap_or(at),
         experiment,
         clock: BranchClock {
-            rerun,
+            re_execution,
             left_at: at,
             real: RealClock::default(),
         },
@@ -96,7 +94,11 @@ impl Branch {
     pub fn run(self) -> Result<Result<Summary, Fault>, VerifyError> {
         let mut clock = self.clock;
         let result = self.experiment.run_with(&mut clock);
-        match clock.rerun.as_ref().and_then(Rerun::difference) {
+        match clock
+            .re_execution
+            .as_ref()
+            .and_then(ReExecution::difference)
+        {
             Some(diverged) => Err(VerifyError::Diverged(diverged)),
             None => Ok(result),
         }
@@ -107,14 +109,16 @@ impl Branch {
 /// clock itself.
 #[derive(Debug)]
 pub struct BranchClock {
-    rerun: Option<Rerun>,
+    re_execution: Option<ReExecution>,
     left_at: Time,
     real: RealClock,
 }
 
 impl Clock for BranchClock {
     fn cores(&self) -> Option<usize> {
-        self.rerun.as_ref().map_or(self.real.cores(), Rerun::cores)
+        self.re_execution
+            .as_ref()
+            .map_or(self.real.cores(), ReExecution::cores)
     }
 
     fn run(
@@ -125,11 +129,11 @@ impl Clock for BranchClock {
     ) -> Result<ClockExit, Fault> {
         let recorded = graph.now() <= self.left_at;
         match self
-            .rerun
+            .re_execution
             .as_mut()
-            .filter(|rerun| recorded && !rerun.has_left())
+            .filter(|re_execution| recorded && !re_execution.has_left())
         {
-            Some(rerun) => rerun.run(graph, inbox, until),
+            Some(re_execution) => re_execution.run(graph, inbox, until),
             None => self.real.run(graph, inbox, until),
         }
     }
@@ -147,16 +151,15 @@ fn end_of(recording: &Recording, at: Time) -> Time {
 fn commands(
     recording: &Recording,
     system: &dyn System,
-    rerun: Option<&Rerun>,
+    re_execution: Option<&ReExecution>,
     at: Time,
 ) -> Result<Vec<TimedCommand>, VerifyError> {
-    let mut commands = events::commands(recording, system, rerun)?;
+    let mut commands = events::commands(recording, system, re_execution)?;
     commands.retain(|timed| timed.at <= at || matches!(timed.command, Command::Set(_)));
-    let known = recording
-        .events
-        .iter()
-        .enumerate()
-        .filter(|(index, _)| rerun.is_some_and(|rerun| rerun.knows(*index)));
+    let known =
+        recording.events.iter().enumerate().filter(|(index, _)| {
+            re_execution.is_some_and(|re_execution| re_execution.knows(*index))
+        });
     let later = known.filter_map(|(_, event)| event.knob().filter(|timed| timed.at > at));
     commands.extend(later.map(TimedCommand::from));
     commands.sort_by_key(|timed| timed.at);

@@ -1,7 +1,7 @@
 //! What a branch changed against the recorded run.
 
 use ratelab::Time;
-use ratelab_study::system::{System, Verdict};
+use ratelab_system::{System, Verdict};
 
 use crate::Recording;
 

@@ -1,7 +1,7 @@
 //! Compares the rows of a run with the recorded ones, in the order in which they come.
 
 use ratelab::Time;
-use ratelab_account::{Rows, RunRow, TickRecord};
+use ratelab_metrics::{Rows, RunRow, TickRecord};
 
 use super::{
     Identical,

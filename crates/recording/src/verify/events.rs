@@ -4,8 +4,8 @@
 use std::iter;
 
 use ratelab::{ClockKind, Command, Event, EventKind, Knob, Time, TimedCommand};
-use ratelab_replay::Rerun;
-use ratelab_study::system::{BuildError, System};
+use ratelab_re_execution::ReExecution;
+use ratelab_system::{BuildError, System};
 
 use super::difference::Difference;
 use crate::{durations::with_durations, run::Recording};
@@ -18,15 +18,18 @@ use crate::{durations::with_durations, run::Recording};
 pub fn commands(
     recording: &Recording,
     system: &dyn System,
-    rerun: Option<&Rerun>,
+    re_execution: Option<&ReExecution>,
 ) -> Result<Vec<TimedCommand>, BuildError> {
     // A log of threads counts the events of a damaged file too.
-    let threads = recording.threads.as_ref().filter(|_| rerun.is_some());
+    let threads = recording
+        .threads
+        .as_ref()
+        .filter(|_| re_execution.is_some());
     let events = threads
         .map_or(&recording.events, |threads| &threads.events)
         .iter()
         .enumerate()
-        .filter(|(index, _)| rerun.is_none_or(|rerun| !rerun.knows(*index)));
+        .filter(|(index, _)| re_execution.is_none_or(|re_execution| !re_execution.knows(*index)));
     let commands = events.filter_map(|(_, event)| {
         let again = match &event.what {
             EventKind::Applied {

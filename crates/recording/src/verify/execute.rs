@@ -3,12 +3,10 @@
 use std::{ops::ControlFlow, sync::Arc, thread};
 
 use ratelab::Speed;
-use ratelab_account::{Observer, RunRow};
-use ratelab_replay::{Overlap, Rerun, Watch};
-use ratelab_study::{
-    experiment::{Config, Experiment},
-    system::System,
-};
+use ratelab_experiment::{Config, Experiment};
+use ratelab_metrics::{Observer, RunRow};
+use ratelab_re_execution::{Overlap, ReExecution, Watch};
+use ratelab_system::System;
 
 use super::{VerifyError, again, compare::Comparison, order};
 use crate::{recorder::Tapped, run::Recording};
@@ -18,7 +16,7 @@ pub struct Execution {
     recording: Arc<Recording>,
     system: Arc<dyn System>,
     experiment: Experiment,
-    rerun: Option<Rerun>,
+    re_execution: Option<ReExecution>,
 }
 
 /// A run that was executed again.
@@ -36,7 +34,7 @@ impl Execution {
     /// [`VerifyError`] if it cannot be executed again.
     pub fn new(recording: Arc<Recording>, system: &Arc<dyn System>) -> Result<Self, VerifyError> {
         super::refuse_foreign(&recording, system)?;
-        let rerun = order::rerun(&recording, &**system)?;
+        let re_execution = order::re_execution(&recording, &**system)?;
         let answers = recording.answers(&**system);
         let config = Config {
             speed: Speed::Unlimited,
@@ -45,10 +43,10 @@ impl Execution {
             ..recording.origin.config.clone()
         };
         Ok(Self {
-            experiment: again::prepare(&recording, system, config, answers, rerun.as_ref())?,
+            experiment: again::prepare(&recording, system, config, answers, re_execution.as_ref())?,
             recording,
             system: system.clone(),
-            rerun,
+            re_execution,
         })
     }
 
@@ -60,11 +58,11 @@ impl Execution {
     /// Begins to execute the run up to the first `operations` of overlap number `overlap`, and
     /// holds it there; `None` for a run without overlaps.
     pub fn hold(self, overlap: usize, operations: usize) -> Option<Held> {
-        let (experiment, mut rerun) = (self.experiment, self.rerun?);
-        rerun.hold(overlap, operations);
-        let (observer, watch) = (experiment.observer(), rerun.watch());
+        let (experiment, mut re_execution) = (self.experiment, self.re_execution?);
+        re_execution.hold(overlap, operations);
+        let (observer, watch) = (experiment.observer(), re_execution.watch());
         // It ends with the hold.
-        thread::spawn(move || drop(experiment.run_with(&mut rerun)));
+        thread::spawn(move || drop(experiment.run_with(&mut re_execution)));
         Some(Held { observer, watch })
     }
 
@@ -78,10 +76,12 @@ impl Execution {
             recording,
             system,
             experiment,
-            rerun,
+            re_execution,
         } = self;
-        let threads = rerun.is_some();
-        let overlaps = rerun.as_ref().map_or_else(Vec::new, Rerun::overlaps);
+        let threads = re_execution.is_some();
+        let overlaps = re_execution
+            .as_ref()
+            .map_or_else(Vec::new, ReExecution::overlaps);
         let taps = experiment.taps();
         let mut rows = taps.empty_rows(&recording.origin.topology);
         let mut comparison = Comparison::new(&recording, threads, &taps);
@@ -93,7 +93,7 @@ impl Execution {
             rows.add(row);
             difference
         };
-        let ran = again::run_again(experiment, rerun, keep, || ControlFlow::Continue(()));
+        let ran = again::run_again(experiment, re_execution, keep, || ControlFlow::Continue(()));
         let missing = || comparison.missing().filter(|_| compares);
         let difference = ran.difference.or_else(missing);
         super::judge(&recording, &system, threads, difference, ran.diverged)?;

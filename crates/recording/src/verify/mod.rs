@@ -15,8 +15,8 @@ mod topology;
 use std::{fmt, ops::ControlFlow, sync::Arc};
 
 use ratelab::{Time, Topology};
-use ratelab_replay::LogError;
-use ratelab_study::system::{AnswersOfNodes, BuildError, System};
+use ratelab_re_execution::LogError;
+use ratelab_system::{AnswersOfNodes, BuildError, System};
 use thiserror::Error;
 
 pub use self::again::VerifyStatus;
@@ -212,11 +212,11 @@ pub fn verify(
     } else {
         recording.answers(&**system)
     };
-    let mut rerun = order::rerun(recording, &**system)?;
-    if let Some(rerun) = rerun.as_mut().filter(|_| perturb) {
-        rerun.perturb();
+    let mut re_execution = order::re_execution(recording, &**system)?;
+    if let Some(re_execution) = re_execution.as_mut().filter(|_| perturb) {
+        re_execution.perturb();
     }
-    let identical = again::compare(recording, system, answers, rerun, watch)?;
+    let identical = again::compare(recording, system, answers, re_execution, watch)?;
     if recording.altered && recording.is_whole() {
         Err(VerifyError::Altered)
     } else if identical.without_digest && recording.is_whole() {

@@ -1,8 +1,8 @@
 //! The order of the threads of a run that was under the real clock.
 
 use ratelab::{ClockKind, Command, Event};
-use ratelab_replay::Rerun;
-use ratelab_study::system::System;
+use ratelab_re_execution::ReExecution;
+use ratelab_system::System;
 
 use super::{VerifyError, events};
 use crate::run::Recording;
@@ -12,7 +12,10 @@ use crate::run::Recording;
 ///
 /// # Errors
 /// [`VerifyError`] if its log is missing or wrong.
-pub fn rerun(recording: &Recording, system: &dyn System) -> Result<Option<Rerun>, VerifyError> {
+pub fn re_execution(
+    recording: &Recording,
+    system: &dyn System,
+) -> Result<Option<ReExecution>, VerifyError> {
     let Some(when) = under_the_real_clock(recording) else {
         return Ok(None);
     };
@@ -24,16 +27,16 @@ pub fn rerun(recording: &Recording, system: &dyn System) -> Result<Option<Rerun>
     }
     let topology = &recording.origin.topology;
     let read = if is_whole(recording) {
-        Rerun::new
+        ReExecution::new
     } else {
-        Rerun::from_torn
+        ReExecution::from_torn
     };
-    let mut rerun = read(&threads.log, &threads.events, topology)?;
-    rerun.expect_refusals(|command| events::names_a_file(system, command));
-    for command in rerun.commands_mut() {
+    let mut re_execution = read(&threads.log, &threads.events, topology)?;
+    re_execution.expect_refusals(|command| events::names_a_file(system, command));
+    for command in re_execution.commands_mut() {
         events::load_table(command)?;
     }
-    Ok(Some(rerun))
+    Ok(Some(re_execution))
 }
 
 /// Returns whether the log goes on to the end of the run.

@@ -3,8 +3,8 @@
 use std::{fs, path::Path, thread, time::Duration};
 
 use ratelab::Time;
+use ratelab_experiment::Config;
 use ratelab_recording::{ReadError, Recorder, Recording, Source};
-use ratelab_study::experiment::Config;
 use rerun::external::re_log_encoding::{DecoderApp, Encoder, EncodingOptions};
 
 use super::{

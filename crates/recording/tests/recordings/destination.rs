@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use ratelab::Topology;
 use ratelab_cart_pole::CartPole;
+use ratelab_experiment::Config;
 use ratelab_recording::{
     Destination, Origin, Recorder, Source,
     rrd::{RrdFormat, scene::lanes::TIMELINE},
 };
-use ratelab_study::experiment::Config;
 
 use super::{chunks_of, experiment, file, finish, read, to, verify, with_knobs};
 

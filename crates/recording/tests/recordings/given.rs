@@ -3,12 +3,10 @@
 use std::{path::Path, sync::Arc};
 
 use ratelab::{ClockKind, Event, EventKind, NodeTopology, Speed, Status, Time, Topology};
-use ratelab_account::{Copies, ReplayAccounts, RunRow, Tap, TickRecord};
+use ratelab_experiment::Config;
+use ratelab_metrics::{Copies, ReplayAccounts, RunRow, Tap, TickRecord};
 use ratelab_recording::{Origin, Recorder, Recording, Source, StopReason, Tapped};
-use ratelab_study::{
-    experiment::Config,
-    system::{Builder, Setup, System},
-};
+use ratelab_system::{Builder, Setup, System};
 
 use super::{Made, file, hz, read, to};
 

@@ -6,13 +6,13 @@ use std::{
 };
 
 use ratelab::{ClockKind, NodeTopology, Time};
-use ratelab_account::{TickCauses, TickRecord};
+use ratelab_experiment::Config;
+use ratelab_metrics::{TickCauses, TickRecord};
 use ratelab_recording::{
     rrd::scene::{lanes::TIMELINE, modes::MODES},
     rrd::schema::path as entity,
     rrd::timeline::RUN_TIME,
 };
-use ratelab_study::experiment::Config;
 use rerun::{StateChange, StateConfiguration};
 use tempfile::TempDir;
 

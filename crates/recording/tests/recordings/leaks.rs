@@ -11,12 +11,10 @@ use std::{
 };
 
 use ratelab::{Command, Shared, Tick, Time};
-use ratelab_account::fields;
+use ratelab_experiment::Experiment;
+use ratelab_metrics::fields;
 use ratelab_recording::{FinishedRecording, Recorder, Source};
-use ratelab_study::{
-    experiment::Experiment,
-    system::{Builder, System},
-};
+use ratelab_system::{Builder, System};
 
 use super::{Made, assert_has, file, finish, ms, read, real, to, verify_with};
 

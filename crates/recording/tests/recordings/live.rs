@@ -4,6 +4,7 @@ use std::{fs, path::Path, sync::Arc, thread, time::Duration};
 
 use ratelab::{ClockKind, Command, Flow, Speed, Tick, Time};
 use ratelab_cart_pole::CartPole;
+use ratelab_experiment::{Config, Experiment};
 use ratelab_recording::{
     Recorder, Source, StopReason,
     rrd::{
@@ -11,10 +12,7 @@ use ratelab_recording::{
         timeline::{RUN_TIME, WALL_TIME},
     },
 };
-use ratelab_study::{
-    experiment::{Config, Experiment},
-    system::{Builder, WorldKind},
-};
+use ratelab_system::{Builder, WorldKind};
 
 use super::{
     Made, assert_has, chunks_of, experiment, file, finish, leaks::Number, paced, read, record,

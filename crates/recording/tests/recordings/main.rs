@@ -32,16 +32,14 @@ use std::{
 };
 
 use ratelab::{ClockKind, Event, EventKind, Fault, Head, Hz, Knob, Speed, Time};
-use ratelab_account::Snapshot;
 use ratelab_cart_pole::{CartPole, policy::PolicyKind};
+use ratelab_experiment::{Config, Experiment, Summary};
+use ratelab_metrics::Snapshot;
 use ratelab_recording::{
     Destination, FinishedRecording, Identical, Recorder, Recording, Replay, RrdFormat, Source,
     StopReason, VerifyError, VerifyWith, rrd::timeline::BatchStream,
 };
-use ratelab_study::{
-    experiment::{Config, Experiment, Summary},
-    system::{BuildError, Builder, System},
-};
+use ratelab_system::{BuildError, Builder, System};
 use rerun::{
     RecordingStream, RecordingStreamBuilder,
     external::re_log_encoding::DecoderApp,

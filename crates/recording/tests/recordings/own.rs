@@ -3,12 +3,10 @@
 use std::sync::Arc;
 
 use ratelab::{Flow, KnobKind, Tick, TimedKnob};
-use ratelab_account::{Fields, Rows, fields};
+use ratelab_experiment::{Config, Experiment, Summary};
+use ratelab_metrics::{Fields, Rows, fields};
 use ratelab_recording::{Recording, RunStatus, rrd::scene::signals};
-use ratelab_study::{
-    experiment::{Config, Experiment, Summary},
-    system::{BuildError, Builder, Final, Picture, Shape, Signal, Style, System},
-};
+use ratelab_system::{BuildError, Builder, Final, Picture, Shape, Signal, Style, System};
 
 use rerun::EntityPath;
 

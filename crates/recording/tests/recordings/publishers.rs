@@ -3,11 +3,9 @@
 use std::{hint::black_box, sync::Arc};
 
 use ratelab::{Tick, Time};
+use ratelab_experiment::Experiment;
 use ratelab_recording::{Recording, Replay};
-use ratelab_study::{
-    experiment::Experiment,
-    system::{BuildError, Builder, System},
-};
+use ratelab_system::{BuildError, Builder, System};
 
 use super::{Made, file, leaks::Number, ms, read, real, record_run, verify_with};
 

@@ -1,12 +1,10 @@
 //! A replay shows the figures of its run.
 
 use ratelab::{ClockKind, Time};
-use ratelab_account::Snapshot;
 use ratelab_cart_pole::{CartPole, STATE};
-use ratelab_study::{
-    experiment::{Config, Summary},
-    system::WorldKind,
-};
+use ratelab_experiment::{Config, Summary};
+use ratelab_metrics::Snapshot;
+use ratelab_system::WorldKind;
 
 use super::{
     Dice, assert_has, cases, file, folder, found, ms, read, record, recorded, replay, replayed,

@@ -3,8 +3,9 @@
 use std::{collections::BTreeMap, time::Duration};
 
 use ratelab::{Derived, Head, Time};
-use ratelab_account::Snapshot;
 use ratelab_cart_pole::{CartPole, POLICY, STATE};
+use ratelab_experiment::{Config, Experiment, Summary};
+use ratelab_metrics::Snapshot;
 use ratelab_recording::{
     RunRows, Source, Tapped,
     bins::BINS,
@@ -19,7 +20,6 @@ use ratelab_recording::{
         timeline::RUN_TIME,
     },
 };
-use ratelab_study::experiment::{Config, Experiment, Summary};
 use rerun::{
     BarChart, Scalars, TensorBuffer,
     components::TensorData,

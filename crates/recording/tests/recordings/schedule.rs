@@ -1,7 +1,7 @@
 //! The ticks of a node on the virtual clock are where its rates have them.
 
 use ratelab::{ClockKind, Time};
-use ratelab_account::{TickCauses, TickRecord};
+use ratelab_metrics::{TickCauses, TickRecord};
 
 use super::{
     given::{GivenRun, node},

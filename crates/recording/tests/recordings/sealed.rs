@@ -4,16 +4,13 @@
 use std::{fs, path::Path, sync::Arc};
 
 use ratelab::{Derived, Head, MessageId, Time};
-use ratelab_account::TickRecord;
+use ratelab_experiment::{Config, Experiment};
+use ratelab_metrics::TickRecord;
 use ratelab_recording::{
     Recording, RecordingEnd, VerifyError,
     rrd::schema::{END, EVENTS, JSON, ORIGIN},
 };
-use ratelab_study::{
-    experiment::{Config, Experiment},
-    graph_file::GraphFile,
-    system::System,
-};
+use ratelab_system::{System, graph_file::GraphFile};
 use rerun::{
     ComponentIdentifier,
     external::{

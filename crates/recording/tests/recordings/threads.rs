@@ -4,8 +4,8 @@ use std::{fs, thread, time::Duration};
 
 use ratelab::{ClockKind, Command, Time};
 use ratelab_cart_pole::CartPole;
+use ratelab_experiment::Config;
 use ratelab_recording::{Recorder, Recording, Source};
-use ratelab_study::experiment::Config;
 
 use super::{
     altered::{alter, exchange},

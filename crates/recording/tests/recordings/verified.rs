@@ -3,11 +3,11 @@
 use std::{ops::ControlFlow, time::Duration};
 
 use ratelab::{Command, Event, EventKind, Head, Knob, Time, TimedCommand};
-use ratelab_account::{Rows, TickRecord};
 use ratelab_cart_pole::CartPole;
+use ratelab_experiment::{Config, Experiment};
+use ratelab_metrics::{Rows, TickRecord};
+use ratelab_re_execution::BusyNode;
 use ratelab_recording::{Recording, VerifyError, VerifyStatus, VerifyWith};
-use ratelab_replay::BusyNode;
-use ratelab_study::experiment::{Config, Experiment};
 
 use super::{
     Dice, assert_has, cart_pole, cases, experiment, falling, file, folder, found, ms, read,

@@ -3,10 +3,8 @@
 use std::{fs, path::Path};
 
 use ratelab::{Knob, KnobKind};
-use ratelab_study::{
-    experiment::Config,
-    system::{Alias, Setup, System, names::first_alias},
-};
+use ratelab_experiment::Config;
+use ratelab_system::{Alias, Setup, System, names::first_alias};
 
 use super::App;
 use crate::{

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use crossterm::event::KeyEvent;
 use exercises::rescue::session::{RescueStage, RescueTry};
 use ratelab::{Event, Speed, TimedKnob};
-use ratelab_study::{experiment::Config, system::Verdict};
+use ratelab_experiment::Config;
+use ratelab_system::Verdict;
 
 use super::App;
 use crate::{

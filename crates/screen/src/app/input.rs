@@ -2,7 +2,8 @@
 //! to what the table of keys says.
 
 use crossterm::event::KeyEvent;
-use ratelab_study::{experiment::Config, system::WorldKind};
+use ratelab_experiment::Config;
+use ratelab_system::WorldKind;
 
 use super::{
     App,

@@ -1,11 +1,9 @@
 //! Knobs: by presets, by exact values, and by timed knobs.
 
 use ratelab::{Command, Event, EventKind, Hz, Knob, KnobKind, Link};
+use ratelab_experiment::{Config, Experiment};
 use ratelab_recording::with_durations;
-use ratelab_study::{
-    experiment::{Config, Experiment},
-    system::{KnobText, Setup},
-};
+use ratelab_system::{KnobText, Setup};
 
 use super::{App, run::ShownRun};
 use crate::{

@@ -3,7 +3,7 @@
 use std::{fmt::Display, path::PathBuf};
 
 use exercises::framework::Answers;
-use ratelab_study::experiment::Config;
+use ratelab_experiment::Config;
 
 use super::App;
 use crate::cliff::{CliffMap, MapAxes};

@@ -19,10 +19,8 @@ mod time;
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{Event, Knob, Speed, Time};
-use ratelab_study::{
-    experiment::{Config, own_world},
-    system::{System, WorldKind},
-};
+use ratelab_experiment::{Config, own_world};
+use ratelab_system::{System, WorldKind};
 
 use course::Course;
 use exercises::rescue::session::RescueTry;

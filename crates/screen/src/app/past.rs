@@ -8,9 +8,9 @@ use std::{
 };
 
 use ratelab::{ClockKind, Command, Event, Time};
-use ratelab_account::Observer;
+use ratelab_metrics::Observer;
 use ratelab_recording::{Executed, Execution, Recording, VerifyError};
-use ratelab_study::system::System;
+use ratelab_system::System;
 
 use super::{App, run::ShownRun, shown::Shown};
 use crate::{panes::Panes, playback::Playback, sampler::Sampler};

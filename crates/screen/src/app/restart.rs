@@ -4,8 +4,8 @@ use std::{sync::Arc, time::Duration};
 
 use exercises::rescue::session::RescueTry;
 use ratelab::{ClockKind, Time};
+use ratelab_experiment::Config;
 use ratelab_recording::{Change, Recording};
-use ratelab_study::experiment::Config;
 
 use super::{
     App,

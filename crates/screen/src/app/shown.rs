@@ -1,8 +1,8 @@
 //! A run on the screen, and how it is looked at.
 
 use ratelab::{Event, Time};
-use ratelab_account::Snapshot;
-use ratelab_study::system::acting;
+use ratelab_metrics::Snapshot;
+use ratelab_system::acting;
 
 use super::run::ShownRun;
 use crate::{

@@ -3,7 +3,7 @@
 use std::{ops::Range, time::Duration};
 
 use ratelab::{Knob, Time, TimedKnob};
-use ratelab_study::system::Setup;
+use ratelab_system::Setup;
 
 /// A tick that a knob makes long.
 #[derive(Clone, Debug, PartialEq, Eq)]

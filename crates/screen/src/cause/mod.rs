@@ -10,8 +10,8 @@ mod rules;
 mod trial;
 
 use ratelab::{Knob, KnobKind, Time, TimedKnob};
-use ratelab_account::{AgeStage, LATELY, Lineage, Snapshot};
-use ratelab_study::system::{Alias, Setup, System, acting, names};
+use ratelab_metrics::{AgeStage, LATELY, Lineage, Snapshot};
+use ratelab_system::{Alias, Setup, System, acting, names};
 
 pub use hang::Hang;
 pub use rules::AgeOwner;

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use ratelab::{Head, Knob, KnobKind, Time, TimedKnob};
-use ratelab_account::{AgeStage, NodeAccount, TracedTick};
-use ratelab_study::experiment::mean_parts;
+use ratelab_experiment::mean_parts;
+use ratelab_metrics::{AgeStage, NodeAccount, TracedTick};
 
 use super::{AgeOwner, Facts, Hang};
 use crate::figures::mean;

@@ -1,6 +1,6 @@
 //! The causes that come of how actions are planned ahead, or of what no plan knows.
 
-use ratelab_study::system::Spoiler;
+use ratelab_system::Spoiler;
 
 use super::{AgeOwner, Facts};
 

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use ratelab::{Hz, Knob, KnobKind};
-use ratelab_account::AgeStage;
-use ratelab_study::system::{Spoiler, System, acting};
+use ratelab_metrics::AgeStage;
+use ratelab_system::{Spoiler, System, acting};
 
 use super::{Facts, Tried};
 use crate::millis::{ms, number};

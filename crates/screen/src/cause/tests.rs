@@ -3,12 +3,10 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{Head, Knob, MessageId, TickId, TickTiming, Time, TimedKnob};
-use ratelab_account::{Snapshot, TickCauses, TickRecord, TopicRead};
 use ratelab_cart_pole::CartPole;
-use ratelab_study::{
-    experiment::{Config, Experiment, Summary, mean_parts},
-    system::{AgeLimits, Setup, System},
-};
+use ratelab_experiment::{Config, Experiment, Summary, mean_parts};
+use ratelab_metrics::{Snapshot, TickCauses, TickRecord, TopicRead};
+use ratelab_system::{AgeLimits, Setup, System};
 
 use super::*;
 use crate::{

@@ -3,10 +3,8 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{ClockKind, Knob, Speed, Time};
-use ratelab_study::{
-    experiment::{Config, Experiment, Summary},
-    system::{Setup, System, WorldKind},
-};
+use ratelab_experiment::{Config, Experiment, Summary};
+use ratelab_system::{Setup, System, WorldKind};
 
 use crate::asked::Asked;
 

@@ -4,8 +4,8 @@ use std::{num::NonZeroUsize, ops::ControlFlow, thread};
 
 use crossbeam_channel::{Receiver, unbounded};
 use ratelab::Interrupt;
+use ratelab_experiment::sweep::{Cell, CellResult, Sweep, SweepError};
 use ratelab_real_clock::lower_priority;
-use ratelab_study::experiment::sweep::{Cell, CellResult, Sweep, SweepError};
 
 /// A run and its result.
 pub type Made = (Cell, CellResult);

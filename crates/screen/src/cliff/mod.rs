@@ -9,14 +9,12 @@ pub mod tests;
 use std::sync::Arc;
 
 use ratelab::Knob;
-use ratelab_account::Snapshot;
-use ratelab_study::{
-    experiment::{
-        Config,
-        sweep::{AxisError, Cell, CellResult, Sweep, SweepAxis, SweepError, SweepValue},
-    },
-    system::{Setup, System},
+use ratelab_experiment::{
+    Config,
+    sweep::{AxisError, Cell, CellResult, Sweep, SweepAxis, SweepError, SweepValue},
 };
+use ratelab_metrics::Snapshot;
+use ratelab_system::{Setup, System};
 
 use fill::Fill;
 use quantity::KnobQuantity;

@@ -1,11 +1,9 @@
 //! The quantities of a cliff map.
 
 use ratelab::{Draw, Hz, Knob, KnobKind, millis};
-use ratelab_account::Snapshot;
-use ratelab_study::{
-    experiment::sweep::{AxisError, SweepAxis},
-    system::{KnobText, Setup, System, names, paced_node},
-};
+use ratelab_experiment::sweep::{AxisError, SweepAxis};
+use ratelab_metrics::Snapshot;
+use ratelab_system::{KnobText, Setup, System, names, paced_node};
 
 use crate::knobs::KnobFocus;
 

@@ -8,7 +8,7 @@ use exercises::{
     questions,
     rescue::session::{RESCUE, judge_file},
 };
-use ratelab_study::experiment::Config;
+use ratelab_experiment::Config;
 
 use super::{
     asked::Asked,

@@ -3,11 +3,9 @@
 use std::time::Duration;
 
 use ratelab::{Event, Time};
-use ratelab_account::{NodeAccount, TopicAccount};
-use ratelab_study::{
-    experiment::mean_parts,
-    system::{System, acting},
-};
+use ratelab_experiment::mean_parts;
+use ratelab_metrics::{NodeAccount, TopicAccount};
+use ratelab_system::{System, acting};
 
 use super::standing::RunMoment;
 use crate::{

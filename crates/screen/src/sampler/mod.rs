@@ -9,11 +9,9 @@ use std::{
 };
 
 use ratelab::{ClockExit, Event, Head, KnobKind, Time, TimedKnob};
-use ratelab_account::{LATELY, Rows, Snapshot};
-use ratelab_study::{
-    experiment::Config,
-    system::{self, AgeLimits, Setup, System, Verdict, depends_on_the_world, names, plant},
-};
+use ratelab_experiment::Config;
+use ratelab_metrics::{LATELY, Rows, Snapshot};
+use ratelab_system::{AgeLimits, Setup, System, Verdict, depends_on_the_world, names, plant};
 
 use data::{marks, topic_data};
 use standing::RunMoment;
@@ -284,7 +282,7 @@ impl Sampler {
     fn judge(&mut self, system: &dyn System, head: &Head, state: &[f64]) {
         let (exit, at) = (&ClockExit::Stopped, head.at);
         let verdict = if system.chains() == system.state() {
-            system::verdict(system, exit, at, [Some(state); 2])
+            ratelab_system::verdict(system, exit, at, [Some(state); 2])
         } else {
             system.verdict(exit, at, Some(state))
         };

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use ratelab::{ClockExit, KnobKind, Time};
-use ratelab_account::{NodeAccount, TopicAccount};
-use ratelab_study::system::{Silence, Verdict, VerdictKind, acting, plant, verdict};
+use ratelab_metrics::{NodeAccount, TopicAccount};
+use ratelab_system::{Silence, Verdict, VerdictKind, acting, plant, verdict};
 
 use crate::{
     age::Strain,

@@ -7,7 +7,7 @@ use std::{
 };
 
 use ratelab::{Shared, Tick};
-use ratelab_study::system::{BuildError, Builder, System};
+use ratelab_system::{BuildError, Builder, System};
 
 /// How long a node is between its two operations, so that those of the other come between.
 const BETWEEN: Duration = Duration::from_micros(300);

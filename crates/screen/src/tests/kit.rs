@@ -7,7 +7,7 @@ use ratatui::{Terminal, backend::TestBackend};
 use ratelab::Knob;
 use ratelab_cart_pole::{Observation, policy::Policy};
 use ratelab_recording::Destination;
-use ratelab_study::{graph_file::GraphFile, system::System};
+use ratelab_system::{System, graph_file::GraphFile};
 
 use super::{
     super::{LabOutcome, frame::FrameData},

@@ -4,7 +4,7 @@ use exercises::{
     framework::{Answers, Brief, Prediction},
     questions,
 };
-use ratelab_study::system::{Setup, System};
+use ratelab_system::{Setup, System};
 use tempfile::TempDir;
 
 use super::*;

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use ratelab::{Command, Event, EventKind, Knob};
-use ratelab_study::system::Setup;
+use ratelab_system::Setup;
 
 use super::*;
 

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use ratelab::{ClockKind, Derived, Head, Hz, Speed, Status, Time};
 use ratelab_cart_pole::CartPole;
-use ratelab_study::system::{AgeLimits, Picture, System};
+use ratelab_system::{AgeLimits, Picture, System};
 
 use crate::{
     age::{AgeData, PushData, PushSentence},

@@ -1,8 +1,8 @@
 //! Systems other than the cart-pole.
 
 use ratelab::{Flow, Tick};
-use ratelab_account::fields;
-use ratelab_study::system::{
+use ratelab_metrics::fields;
+use ratelab_system::{
     BuildError, Builder, Picture, Setup as RunSetup, Shape, Signal, Style, System, Verdict,
     VerdictKind,
 };

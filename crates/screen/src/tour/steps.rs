@@ -2,7 +2,7 @@
 //! exercise, and what they say of the run is read from the run.
 
 use ratelab::ClockKind;
-use ratelab_study::experiment::Config;
+use ratelab_experiment::Config;
 
 use crate::frame::{FrameData, Standing};
 

@@ -30,7 +30,7 @@ mod timeline;
 
 use ratatui::{Frame, layout::Rect, text::Line};
 use ratelab::Event;
-use ratelab_study::system::System;
+use ratelab_system::System;
 
 #[cfg(test)]
 pub use self::page::{EDGES, KEY_GAP, render as render_page};

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use ratatui::text::{Line, Span};
 use ratelab::Time;
-use ratelab_study::system::{AgeLimits, Signal};
+use ratelab_system::{AgeLimits, Signal};
 
 use super::{
     chart::{Columns, Level},

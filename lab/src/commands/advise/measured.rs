@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab_study::{advise::AgeChange, experiment::Summary};
+use ratelab_experiment::{Summary, advise::AgeChange};
 
 /// The share of a score below which a change helps.
 const HELPS: f64 = 0.99;

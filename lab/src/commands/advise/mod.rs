@@ -6,11 +6,12 @@ mod text;
 use std::sync::Arc;
 
 use ratelab::{Interrupt, Time, Topology};
-use ratelab_study::{
+use ratelab_experiment::{
+    Config, Experiment, RunAge, Summary,
     advise::{AgeChange, Aim, changes, run_all},
-    experiment::{Config, Experiment, RunAge, Summary, sweep::all_cores},
-    system::{DataChain, System, Unmatched},
+    sweep::all_cores,
 };
+use ratelab_system::{DataChain, System, Unmatched};
 
 use self::measured::{ChangedRun, Score};
 use crate::{

@@ -14,10 +14,7 @@ use crate::{
         text::{lines, ms},
     },
 };
-use ratelab_study::{
-    advise::AgeChange,
-    experiment::{RunAge, Summary},
-};
+use ratelab_experiment::{RunAge, Summary, advise::AgeChange};
 
 /// Number of printed changes.
 const PRINTED: usize = 20;

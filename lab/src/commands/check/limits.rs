@@ -1,6 +1,6 @@
 //! The limits of a graph, compared with the figures of its runs.
 
-use ratelab_study::system::{FigureLimit, Verdict};
+use ratelab_system::{FigureLimit, Verdict};
 use serde_json::{Map, Value};
 
 use super::results::{LimitResult, Miss, Results};

@@ -5,10 +5,8 @@ mod results;
 
 use std::{collections::BTreeMap, ops::ControlFlow};
 
-use ratelab_study::{
-    experiment::{Config, Experiment, Summary, parallel::in_parallel, sweep::all_cores},
-    system::System,
-};
+use ratelab_experiment::{Config, Experiment, Summary, parallel::in_parallel, sweep::all_cores};
+use ratelab_system::System;
 
 use self::limits::{CheckedRun, compare};
 use crate::{

@@ -196,8 +196,8 @@ mod tests {
 
     use ratelab::Time;
     use ratelab_cart_pole::CartPole;
+    use ratelab_experiment::{Config, Experiment};
     use ratelab_recording::StopReason;
-    use ratelab_study::experiment::{Config, Experiment};
 
     use super::*;
     use crate::results::{destination_of, record};

@@ -12,7 +12,7 @@ use exercises::framework::{
     Answers, Brief, Exercise, Failure, Findings, Prediction, PredictionOrigin,
 };
 use ratelab::Interrupt;
-use ratelab_study::experiment::parallel::{all_cores, in_parallel};
+use ratelab_experiment::parallel::{all_cores, in_parallel};
 
 use super::Flags;
 use crate::{

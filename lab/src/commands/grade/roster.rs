@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, fmt::Display, path::Path};
 
-use ratelab_study::file::read_text;
+use ratelab_system::file::read_text;
 use thiserror::Error as ThisError;
 
 use crate::error::Error;

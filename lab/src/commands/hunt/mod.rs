@@ -3,14 +3,12 @@
 mod text;
 
 use ratelab::Command;
-use ratelab_recording::StopReason;
-use ratelab_study::{
-    experiment::{
-        Config, Experiment,
-        hunt::{Budget, Hunt, Hunted},
-    },
-    system::names::good,
+use ratelab_experiment::{
+    Config, Experiment,
+    hunt::{Budget, Hunt, Hunted},
 };
+use ratelab_recording::StopReason;
+use ratelab_system::names::good;
 use serde_json::json;
 
 use crate::{

@@ -3,10 +3,8 @@
 use std::collections::BTreeMap;
 
 use ratelab::{Knob, TimedKnob, millis::to_millis};
-use ratelab_study::{
-    experiment::hunt::{Budget, Found, Proof},
-    system::{KnobText, System, names::good},
-};
+use ratelab_experiment::hunt::{Budget, Found, Proof};
+use ratelab_system::{KnobText, System, names::good};
 use serde_json::{Value, json};
 
 use crate::summary::text::lines;

@@ -6,14 +6,12 @@ use ratelab::{
     ClockExit, ClockKind, Command, Derived, Event, EventKind, Head, MessageId, Speed, Status,
     TickId, Time, Topology,
 };
-use ratelab_account::{
+use ratelab_experiment::{Config, Summary, Taps};
+use ratelab_metrics::{
     Lineage, Observer, ReplayAccounts, Rows, Snapshot, TickCauses, TickRecord, TopicRead,
 };
-use ratelab_study::{
-    experiment::{Config, Summary, Taps},
-    system::{MeanCost, RunTally, System, verdict},
-};
-use ratelab_wire::telemetry::{PublishedMessage, Read, SentMessage};
+use ratelab_network::telemetry::{PublishedMessage, Read, SentMessage};
+use ratelab_system::{MeanCost, RunTally, System, verdict};
 
 use super::{
     numbering::{Numbering, Totals},

@@ -20,16 +20,14 @@ use std::{
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use ratelab::{ClockExit, Event, Time, sync::lock};
-use ratelab_account::TickRecord;
-use ratelab_study::{
-    experiment::{Experiment, Taps},
-    system::System,
-};
-use ratelab_wire::{
+use ratelab_experiment::{Experiment, Taps};
+use ratelab_metrics::TickRecord;
+use ratelab_network::{
     Follower,
     machine::{self, Nanos},
     telemetry::{Answer, Batch, Info, PublishedMessage, Read, SentMessage},
 };
+use ratelab_system::System;
 
 use self::{gathered::GatheredRun, processes::Processes};
 use super::{again::StartCommands, recordings::Recordings};

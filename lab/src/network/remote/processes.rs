@@ -6,7 +6,7 @@ use std::{
 };
 
 use ratelab::{Command, Event, EventKind};
-use ratelab_wire::{
+use ratelab_network::{
     machine::{ClockId, Nanos},
     offset::Estimate,
     telemetry::{Batch, Info, TopicCounts},
@@ -260,7 +260,7 @@ mod tests {
     use super::*;
     use ratelab::Time;
     use ratelab_cart_pole::CartPole;
-    use ratelab_study::experiment::{Config, Experiment};
+    use ratelab_experiment::{Config, Experiment};
     use std::sync::Arc;
 
     /// A process with one node, whose run began at `zero` (ns) of its clock.

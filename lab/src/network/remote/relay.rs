@@ -1,8 +1,8 @@
 //! A run of other processes for a recorder: its messages and ticks as they are put together.
 
 use ratelab::{Head, Topology};
-use ratelab_account::{Copies, RunRow, Tap, TickRecord};
-use ratelab_study::experiment::Taps;
+use ratelab_experiment::Taps;
+use ratelab_metrics::{Copies, RunRow, Tap, TickRecord};
 
 use ratelab_recording::Tapped;
 

@@ -3,12 +3,10 @@
 use std::{sync::Arc, thread, time::Duration};
 
 use ratelab::Knob;
-use ratelab_account::{Lineage, Observer};
+use ratelab_experiment::{Config, Summary};
+use ratelab_metrics::{Lineage, Observer};
 use ratelab_screen::{Place, Remote, RunSource, StatusExtra, WatchedRows, watched};
-use ratelab_study::{
-    experiment::{Config, Summary},
-    system::System,
-};
+use ratelab_system::System;
 
 use super::RemoteRun;
 

@@ -1,8 +1,8 @@
 //! What is told of the processes of a run: where a node is, what is wrong, how exact ages are.
 
 use ratelab::millis;
+use ratelab_network::{machine::Nanos, telemetry::Info};
 use ratelab_screen::Place;
-use ratelab_wire::{machine::Nanos, telemetry::Info};
 
 use super::{
     super::again::StartCommands,

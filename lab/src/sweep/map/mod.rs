@@ -3,8 +3,8 @@
 mod heat;
 mod list;
 
+use ratelab_experiment::sweep::Sweep;
 use ratelab_screen::{SurvivalLevel, Theme};
-use ratelab_study::experiment::sweep::Sweep;
 
 use super::{
     by_age::AgeTable,

@@ -12,7 +12,7 @@ use std::{
     path::{Component, Path, PathBuf},
 };
 
-use ratelab_study::file::{self, FileError, folder_of};
+use ratelab_system::file::{self, FileError, folder_of};
 use thiserror::Error;
 
 use super::wire::{WireField, WireFields, WireValue, put_bytes};

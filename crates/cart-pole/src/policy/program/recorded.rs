@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ratelab_study::system::RecordedAnswers;
+use ratelab_system::RecordedAnswers;
 
 use super::super::{Moment, Policy};
 use crate::{Action, Observation};

@@ -1,7 +1,7 @@
 //! The node graph: who publishes what to whom, at what rate and depth.
 
 use ratelab::{Command, Event, Knob, Time};
-use ratelab_account::Snapshot;
+use ratelab_metrics::Snapshot;
 use rerun::{AsComponents, Color, GraphEdges, GraphNodes};
 
 use super::palette::{BLUE, ORANGE};

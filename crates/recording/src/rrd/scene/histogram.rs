@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ratelab::Time;
-use ratelab_account::Distribution;
+use ratelab_metrics::Distribution;
 use rerun::{BarChart, RecordingStream, TensorData};
 
 use super::palette::BLUE;

@@ -7,8 +7,8 @@
 use std::{collections::HashSet, time::Duration};
 
 use ratelab::Time;
-use ratelab_account::{Lineage, TickWait, TracedTick};
-use ratelab_study::system::{BarPart, PlanBar, Planning};
+use ratelab_metrics::{Lineage, TickWait, TracedTick};
+use ratelab_system::{BarPart, PlanBar, Planning};
 use rerun::{Color, EntityPath, RecordingStream, StateChange, StateConfiguration, TimeColumn};
 
 use super::palette::{BLUE, GREY, ORANGE};

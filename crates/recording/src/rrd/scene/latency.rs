@@ -4,8 +4,8 @@
 use std::time::Duration;
 
 use ratelab::{Command, Event, Knob, Time};
-use ratelab_account::{PushAge, Snapshot};
-use ratelab_study::system::{System, paced_node};
+use ratelab_metrics::{PushAge, Snapshot};
+use ratelab_system::{System, paced_node};
 use rerun::RecordingStream;
 
 use super::{

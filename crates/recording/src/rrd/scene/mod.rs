@@ -18,8 +18,8 @@ pub mod traffic;
 use std::sync::Arc;
 
 use ratelab::{Event, Time};
-use ratelab_account::{Rows, Snapshot};
-use ratelab_study::system::System;
+use ratelab_metrics::{Rows, Snapshot};
+use ratelab_system::System;
 use rerun::{RecordingStream, SeriesPoints};
 
 use self::{

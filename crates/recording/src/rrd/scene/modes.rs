@@ -1,7 +1,7 @@
 //! The clock, the rate of each node and whether it runs, over time, as lanes.
 
 use ratelab::{ClockKind, Command, Event, Knob, Time};
-use ratelab_account::Snapshot;
+use ratelab_metrics::Snapshot;
 use rerun::RecordingStream;
 
 use super::{

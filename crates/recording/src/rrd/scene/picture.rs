@@ -3,8 +3,8 @@
 use std::{f64::consts::TAU, sync::Arc, time::Duration};
 
 use ratelab::Time;
-use ratelab_account::Rows;
-use ratelab_study::system::{Shape, Style, System};
+use ratelab_metrics::Rows;
+use ratelab_system::{Shape, Style, System};
 use rerun::{AsComponents, Color, LineStrips2D, Points2D, Radius, RecordingStream};
 
 use super::palette::{BLUE, GREY, ORANGE, WHITE};

@@ -3,8 +3,8 @@
 
 use std::iter;
 
-use ratelab_account::Rows;
-use ratelab_study::system::Signal;
+use ratelab_metrics::Rows;
+use ratelab_system::Signal;
 use rerun::{EntityPath, RecordingStream, SeriesLines};
 
 use super::{

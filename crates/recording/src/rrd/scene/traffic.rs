@@ -3,7 +3,7 @@
 use std::{collections::VecDeque, time::Duration};
 
 use ratelab::{Head, Time};
-use ratelab_account::Rows;
+use ratelab_metrics::Rows;
 use rerun::RecordingStream;
 
 use super::{

@@ -2,7 +2,7 @@
 
 pub mod sample;
 
-use ratelab_study::experiment::Experiment;
+use ratelab_experiment::Experiment;
 
 use self::sample::around;
 use super::*;

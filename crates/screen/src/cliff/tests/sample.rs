@@ -7,10 +7,8 @@ use ratelab_cart_pole::{
     CartPole,
     verdict::{BALANCED, POLE_FELL},
 };
-use ratelab_study::{
-    experiment::{Config, Experiment, sweep::CellResult},
-    system::{System, Verdict},
-};
+use ratelab_experiment::{Config, Experiment, sweep::CellResult};
+use ratelab_system::{System, Verdict};
 
 use super::{CliffMap, Fill, KnobFocus, MapAxes};
 use crate::tests::kit::config;

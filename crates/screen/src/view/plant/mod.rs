@@ -5,7 +5,7 @@ use ratatui::{
     style::Style as CellStyle,
     text::{Line, Span},
 };
-use ratelab_study::system::{Picture, Shape, Style};
+use ratelab_system::{Picture, Shape, Style};
 
 use super::{
     canvas::{BrailleCanvas, Pen, Stroke, dashed},

@@ -6,7 +6,7 @@ use std::{
 };
 
 use ratelab_bag::{Analysis, Bag, BagError, NamedEdge};
-use ratelab_study::graph_file::GraphFile;
+use ratelab_system::graph_file::GraphFile;
 
 use super::{
     GraphOfBag, graph,

@@ -6,7 +6,7 @@ mod sensor;
 mod sheet;
 
 use ratelab_bag::{Analysis, Bag, BagChain, BagNode, Kind};
-use ratelab_study::system::MAX_CHAINS;
+use ratelab_system::MAX_CHAINS;
 
 pub use self::files::write;
 use self::sheet::{GraphSheet, ValueTable};

@@ -1,0 +1,96 @@
+//! The configuration of a run.
+
+use ratelab::{ClockKind, Knob, Speed, Time, TimedKnob};
+use serde::{Deserialize, Serialize};
+
+use ratelab_system::{About, BuildError, Setup, System, WorldKind};
+
+/// All inputs of a run of a system. Under the virtual clock the same configuration gives
+/// the same run, bit for bit.
+///
+/// ```
+/// use ratelab_experiment::Config;
+/// use ratelab_system::KnobText;
+///
+/// let config = Config {
+///     knobs: KnobText::default().parse_list("5 rate camera 200")?,
+///     ..Config::default()
+/// };
+/// assert_eq!(config.end.as_secs_f64(), 10.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Config {
+    /// Seed of the initial state and of every random number.
+    pub seed: u64,
+    /// The clock at the start of the run.
+    pub clock: ClockKind,
+    /// Speed of virtual time.
+    pub speed: Speed,
+    /// Run time at the end; [`Time::MAX`] for an endless run.
+    pub end: Time,
+    /// Whether the plant waits for the robot.
+    #[serde(default, skip_serializing_if = "WorldKind::is_course")]
+    pub world: WorldKind,
+    /// Knobs set before the run begins.
+    pub setup: Setup,
+    /// Timed changes of knobs during the run.
+    pub knobs: Vec<TimedKnob>,
+}
+
+impl Config {
+    /// Returns the same run with the settings of the system that it does
+    /// not replace, and with its messages in recordable form; see [`System::resolve`].
+    ///
+    /// # Errors
+    /// [`BuildError::Setting`] if the system refuses a message.
+    pub fn resolved(&self, system: &dyn System) -> Result<Self, BuildError> {
+        let mut resolved = self.clone();
+        let about = system.about();
+        let mut setup = about.setup();
+        let followers = self.setup.iter().flat_map(|knob| about.followers(knob));
+        setup.extend(followers.chain(self.setup.iter().cloned()));
+        let recordable = |knob: &Knob| {
+            let resolved = system.resolved(self.seed, &setup, knob.clone());
+            resolved.map_err(BuildError::Setting)
+        };
+        resolved.setup = setup.iter().map(recordable).collect::<Result<_, _>>()?;
+        resolved.knobs = self.followed(&about);
+        for timed in &mut resolved.knobs {
+            timed.knob = recordable(&timed.knob)?;
+        }
+        Ok(resolved)
+    }
+
+    /// The timed changes, each with what follows from it unless that is among them.
+    fn followed(&self, about: &About<'_>) -> Vec<TimedKnob> {
+        let is_known = |follower: &TimedKnob| {
+            let mut known = self.knobs.iter();
+            known.any(|timed| timed.at == follower.at && timed.knob.is_of(&follower.knob))
+        };
+        let with_followers = |timed: &TimedKnob| {
+            let at = timed.at;
+            let followers = about.followers(&timed.knob);
+            let followers = followers.map(|knob| TimedKnob { at, knob });
+            let new: Vec<TimedKnob> = followers.filter(|knob| !is_known(knob)).collect();
+            [vec![timed.clone()], new].concat()
+        };
+        self.knobs.iter().flat_map(with_followers).collect()
+    }
+}
+
+impl Default for Config {
+    /// Seed 0, ten seconds of virtual time without pacing, and the system's defaults for
+    /// the rest.
+    fn default() -> Self {
+        Self {
+            seed: 0,
+            clock: ClockKind::Virtual,
+            speed: Speed::Unlimited,
+            end: Time::from_nanos(10_000_000_000),
+            world: WorldKind::Course,
+            setup: Setup::default(),
+            knobs: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,31 @@
+//! Runs of a system as values, and what can be learned from them.
+//!
+//! An [`Experiment`] is one run: configuration in, summary out. A [`sweep`] makes many runs, a
+//! [`hunt`] searches for one that fails, and [`advise`] tries what could make data younger.
+//!
+//! Stands on `ratelab-system`, `ratelab-metrics`, `ratelab-real-clock` and
+//! `ratelab-re-execution`; knows no robot, terminal or recording. Begin with [`Experiment`].
+
+#![warn(clippy::print_stderr, clippy::print_stdout)]
+
+pub mod advise;
+mod ages;
+mod config;
+mod experiment;
+pub mod hunt;
+mod over_time;
+pub mod parallel;
+mod part;
+mod phases;
+mod step_csv;
+mod summary;
+pub mod sweep;
+mod taps;
+
+pub use ages::{AgeShare, RunAge, RunAges};
+pub use config::Config;
+pub use experiment::{Experiment, own_world};
+pub use over_time::mean_parts;
+pub use step_csv::{StepWriter, header};
+pub use summary::{MeanPushAge, Summary};
+pub use taps::Taps;

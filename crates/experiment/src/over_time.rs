@@ -1,0 +1,123 @@
+//! An age over a stretch of run time, as the sum of its parts.
+
+use std::{collections::BTreeMap, mem};
+
+use ratelab::Time;
+use ratelab_metrics::{AgePart, AgeStage, Lineage, PushInForce, nanos};
+
+/// An age over run time. It counts in whole nanoseconds, so that its parts sum to it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct AgeOverTime {
+    /// Twice the integral of each part (ns²), in the order of their first occurrence.
+    sums: Vec<(AgeStage, i128)>,
+    /// Over this time (ns).
+    time: i128,
+    /// How many stretches of growing age begin at an age (µs), less those that end at it.
+    teeth: BTreeMap<i64, i64>,
+}
+
+impl AgeOverTime {
+    /// Adds that of `push`, in force from `begin` to `end`.
+    fn add(&mut self, push: &PushInForce, begin: Time, end: Time) {
+        let end = end.max(begin);
+        let fixed = push.applied();
+        let time = i128::from(nanos(end.since(begin)));
+        self.sum(AgeStage::Before, 2 * time, fixed.before_ns);
+        for part in &fixed.parts {
+            self.sum(part.stage, 2 * time, nanos(part.took));
+        }
+        // Each part grows evenly or not at all, but for the moments when what is missing changes.
+        let changes = push.changes().map(|at| at.clamp(begin, end));
+        let times = [begin, changes[0], changes[1], end];
+        let grown = times.map(|at| push.grown(at));
+        for (times, ends) in times.windows(2).zip(grown.windows(2)) {
+            let long = i128::from(nanos(times[1].since(times[0])));
+            for part in ends.as_flattened() {
+                self.sum(part.stage, long, nanos(part.took));
+            }
+        }
+        self.time += time;
+        let age = |grown: &[AgePart]| {
+            let grown = grown.iter().map(|part| nanos(part.took));
+            (fixed.sum_ns() + grown.sum::<i64>()).div_euclid(1_000)
+        };
+        *self.teeth.entry(age(&grown[0])).or_default() += 1;
+        *self.teeth.entry(age(&grown[3])).or_default() -= 1;
+    }
+
+    /// Adds the area of a part that was so old for so long.
+    fn sum(&mut self, stage: AgeStage, long: i128, age: i64) {
+        let area = long.saturating_mul(i128::from(age));
+        if area == 0 {
+            return;
+        }
+        match self.sums.iter_mut().find(|(known, _)| *known == stage) {
+            // The times of an altered recording may be any.
+            Some((_, sum)) => *sum = sum.saturating_add(area),
+            None => self.sums.push((stage, area)),
+        }
+    }
+
+    /// Its mean (ns); `None` if no time has passed.
+    pub(super) fn mean_ns(&self) -> Option<i64> {
+        let sums = self.sums.iter();
+        let twice = sums.fold(0, |all: i128, (_, sum)| all.saturating_add(*sum));
+        Some(self.share(twice)).filter(|_| self.time > 0)
+    }
+
+    /// A sum over the time, rounded.
+    fn share(&self, twice: i128) -> i64 {
+        let time = self.time.max(1);
+        i64::try_from(twice.saturating_add(time).div_euclid(2 * time)).unwrap_or(i64::MAX)
+    }
+
+    /// The mean of each part (ns), in the order from the sensing to now: they sum to the mean of
+    /// the age.
+    pub(super) fn parts(&self) -> Vec<(AgeStage, i64)> {
+        let (mut sum, mut until) = (0_i128, 0);
+        let parts = self.sums.iter().map(|(stage, twice)| {
+            sum = sum.saturating_add(*twice);
+            let before = mem::replace(&mut until, self.share(sum));
+            (*stage, until - before)
+        });
+        parts.filter(|(_, ns)| *ns != 0).collect()
+    }
+
+    /// The age that it does not exceed for this share of the time (ns), to the microsecond;
+    /// `None` if no time has passed.
+    pub(super) fn quantile(&self, share: f64) -> Option<i64> {
+        let ages = self.teeth.keys().zip(self.teeth.keys().skip(1));
+        let mut teeth = 0;
+        let steps = self.teeth.values().zip(ages).map(|(more, (from, to))| {
+            teeth += more;
+            (*from as f64, (to - from) as f64, teeth as f64)
+        });
+        let steps: Vec<(f64, f64, f64)> = steps.collect();
+        let all: f64 = steps.iter().map(|(_, long, teeth)| long * teeth).sum();
+        let mut rest = all * share.clamp(0.0, 1.0);
+        for (from, long, teeth) in steps {
+            if teeth > 0.0 && rest <= long * teeth {
+                return Some(((from + rest / teeth) * 1e3).round() as i64);
+            }
+            rest -= long * teeth;
+        }
+        let (oldest, _) = self.teeth.last_key_value()?;
+        Some(oldest.saturating_mul(1_000)).filter(|_| self.time > 0)
+    }
+
+    /// Adds the push age of a node over run time `from` to `to`, as far as its pushes are known.
+    pub(super) fn extend(&mut self, lineage: &Lineage, node: usize, from: Time, to: Time) {
+        for (push, end) in lineage.pushes_between(node, from, to) {
+            self.add(&push, push.since.max(from), end);
+        }
+    }
+}
+
+/// The mean of each part of the push age of a node over run time `from` to `to` (ns),
+/// in the order from the sensing to now; empty without known pushes.
+pub fn mean_parts(lineage: &Lineage, node: usize, from: Time, to: Time) -> Vec<(AgeStage, f64)> {
+    let mut ages = AgeOverTime::default();
+    ages.extend(lineage, node, from, to);
+    let parts = ages.parts().into_iter().filter(|(_, ns)| *ns > 0);
+    parts.map(|(stage, ns)| (stage, ns as f64)).collect()
+}

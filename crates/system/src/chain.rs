@@ -1,0 +1,279 @@
+//! A chain of nodes and topics, with a limit of its data age: its verdicts, its figures, its
+//! line in a report.
+
+use std::time::Duration;
+
+use ratelab::{Time, millis};
+
+use super::{
+    Bound, Final, VerdictKind,
+    chain_ages::{ChainFigures, age_of_newest},
+    kept::{kept_kind, kept_list, kept_text},
+};
+
+/// Name of the topic with the data ages of the chains.
+pub const CHAINS: &str = "/chains";
+
+/// What did nothing in a run.
+#[derive(Clone, Debug, Default)]
+pub struct Silence<'a> {
+    /// The nodes that never ticked.
+    pub idle: Vec<&'a str>,
+    /// The topics without a message.
+    pub unsent: Vec<&'a str>,
+    /// The nodes that never ticked because no messages on their topics matched.
+    pub unmatched: Vec<Unmatched<'a>>,
+}
+
+/// A node for which messages came on each of its topics, but none that match.
+#[derive(Clone, Debug)]
+pub struct Unmatched<'a> {
+    /// Its name.
+    pub node: &'a str,
+    /// The topics that trigger it.
+    pub topics: Vec<&'a str>,
+}
+
+impl Silence<'_> {
+    /// Why this node never ticked, as far as it is known.
+    fn why_idle(&self, node: &str) -> String {
+        let unmatched = self.unmatched.iter().find(|of| of.node == node);
+        unmatched.map_or_else(|| format!("{node} never ticked"), Unmatched::text)
+    }
+}
+
+impl Unmatched<'_> {
+    /// That it never ticked, and why.
+    pub fn text(&self) -> String {
+        let (node, topics) = (self.node, self.topics.join(" and "));
+        format!("{node} never ticked: the header stamps on {topics} never match")
+    }
+}
+
+/// A chain.
+#[derive(Clone, Debug)]
+pub struct DataChain {
+    pub(crate) name: &'static str,
+    /// Its number in the messages on [`CHAINS`].
+    number: usize,
+    /// Its nodes, in the direction of the data.
+    pub nodes: &'static [&'static str],
+    /// The topics on the way to its last node.
+    topics: &'static [&'static str],
+    pub(crate) limit: Option<Limit>,
+    missed: &'static VerdictKind,
+    silent: &'static VerdictKind,
+}
+
+/// A limit of the data age of a chain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Limit {
+    pub(crate) age: Duration,
+    /// Share of the time for which it holds.
+    pub(crate) share: f64,
+}
+
+impl Limit {
+    /// Its age (ms).
+    pub(crate) fn ms(self) -> f64 {
+        millis::to_millis(self.age)
+    }
+
+    /// Whether it holds for a long enough `share` of the time.
+    fn is_kept(self, share: f64) -> bool {
+        Bound::AtLeast(self.share).holds(share)
+    }
+
+    /// The `share` of the time within it, in hundredths of a percent. It is rounded to the nearest,
+    /// except that a share below the wanted one never looks like that.
+    fn share_text(self, share: f64) -> String {
+        let hundredths = (share * 1e4).round();
+        let missed = !self.is_kept(share) && hundredths >= self.share * 1e4;
+        let shown = if missed {
+            (share * 1e4).floor()
+        } else {
+            hundredths
+        };
+        format!("{:.2} %", shown / 1e2)
+    }
+}
+
+/// A figure of a chain: name, unit and value.
+type Figure = (&'static str, &'static str, fn(ChainFigures) -> f64);
+
+/// The figures of a chain at the end of a run.
+const FIGURES: [Figure; 3] = [
+    ("mean_age", "ms", |figures| figures.mean),
+    ("greatest_age", "ms", |figures| figures.greatest),
+    ("within", "", |figures| figures.share),
+];
+
+/// A name for programs: `see_to_act` of `see-to-act`.
+pub(crate) fn key(name: &str) -> String {
+    let plain = |c: char| if c.is_alphanumeric() { c } else { '_' };
+    name.chars().map(plain).collect()
+}
+
+/// A share in percent, without trailing zeros.
+fn percent(share: f64) -> String {
+    format!("{} %", (share * 1e6).round() / 1e4)
+}
+
+impl DataChain {
+    /// Chain number `number` along `path`, of nodes and topics.
+    pub(crate) fn new<'n>(
+        name: &str,
+        number: usize,
+        path: impl Iterator<Item = &'n str>,
+        limit: Option<Limit>,
+    ) -> Self {
+        let key = key(name);
+        let (mut topics, nodes): (Vec<&str>, Vec<&str>) = path.partition(|of| of.starts_with('/'));
+        topics.truncate(nodes.len().saturating_sub(1));
+        let older = limit.map_or_else(String::new, |limit| {
+            let (ms, rest) = (limit.ms(), percent(1.0 - limit.share));
+            if limit.share >= 1.0 {
+                format!("older than {ms} ms at times")
+            } else {
+                format!("older than {ms} ms for more than {rest} of the time")
+            }
+        });
+        let kind = |kind: &str, text: String| {
+            kept_kind(&format!("{kind}_{key}"), true, &format!("MISSED ({text})"))
+        };
+        Self {
+            name: kept_text(name),
+            number,
+            nodes: kept_list(nodes),
+            topics: kept_list(topics),
+            limit,
+            missed: kind("missed", format!("{name} {older}")),
+            silent: kind("silent", format!("no data came through {name}")),
+        }
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// The topics on the way to its last node.
+    pub fn topics(&self) -> &'static [&'static str] {
+        self.topics
+    }
+
+    /// The node at its end.
+    pub fn last(&self) -> &'static str {
+        self.nodes.last().copied().unwrap_or_default()
+    }
+
+    /// Its limit in words.
+    pub(crate) fn within(&self) -> Option<String> {
+        let limit = self.limit?;
+        let most = format!("{} at most {} ms old", self.name, limit.ms());
+        Some(if limit.share >= 1.0 {
+            most
+        } else {
+            format!("{most} for {} of the time", percent(limit.share))
+        })
+    }
+
+    /// The verdicts on it.
+    pub(crate) fn verdicts(&self) -> impl Iterator<Item = &'static VerdictKind> {
+        let limited = self.limit.map(|_| [self.missed, self.silent]);
+        limited.into_iter().flatten()
+    }
+
+    fn figures(&self, at: Time, row: &[f64]) -> Option<ChainFigures> {
+        ChainFigures::at(row, self.number, self.limit.map(|limit| limit.age), at)
+    }
+
+    /// The verdict on it up to run time `at`, unless its limit is kept. Data may still come
+    /// if the run is not `over`. `row` is the newest message on [`CHAINS`].
+    pub(super) fn missed(
+        &self,
+        at: Time,
+        row: Option<&[f64]>,
+        over: bool,
+    ) -> Option<&'static VerdictKind> {
+        let limit = self.limit?;
+        match row.and_then(|row| self.figures(at, row)) {
+            None => over.then_some(self.silent),
+            Some(figures) => (!limit.is_kept(figures.share)).then_some(self.missed),
+        }
+    }
+
+    /// Its figures up to run time `at`, from the newest message on [`CHAINS`].
+    pub(crate) fn finals(&self, at: Time, row: &[f64]) -> impl Iterator<Item = Final> {
+        let (figures, key) = (self.figures(at, row), key(self.name));
+        FIGURES.into_iter().map(move |(name, unit, value)| Final {
+            name: kept_text(&format!("{key}_{name}")),
+            unit,
+            value: figures.map_or(f64::NAN, value),
+        })
+    }
+
+    /// Its data age at the output of its last node that a message on [`CHAINS`] is about; `None`
+    /// before any data.
+    pub fn latency(&self, row: &[f64]) -> Option<Duration> {
+        age_of_newest(row, self.number)
+    }
+
+    /// Its mean age up to run time `at` (ms), from the newest message on [`CHAINS`].
+    pub fn mean_ms(&self, at: Time, row: &[f64]) -> Option<f64> {
+        Some(self.figures(at, row)?.mean)
+    }
+
+    /// The share of the time up to run time `at` for which its limit was kept, from the newest
+    /// message on [`CHAINS`]; `None` without a limit or data.
+    pub fn within_share(&self, at: Time, row: &[f64]) -> Option<f64> {
+        let figures = self.limit.and(self.figures(at, row))?;
+        Some(figures.share)
+    }
+
+    /// That share in words.
+    pub fn within_text(&self, at: Time, row: &[f64]) -> Option<String> {
+        let share = self.within_share(at, row)?;
+        Some(self.limit?.share_text(share))
+    }
+
+    /// What that share lacks, where it is too small; below zero where it is not.
+    pub fn excess(&self, at: Time, row: &[f64]) -> Option<f64> {
+        Some(self.limit?.share - self.within_share(at, row)?)
+    }
+
+    /// Whether no data came through it up to run time `at`, and why, as the `silence` of the run
+    /// tells; from the newest message on [`CHAINS`].
+    pub fn without_data(&self, at: Time, row: &[f64], silence: &Silence<'_>) -> Option<String> {
+        if self.figures(at, row).is_some() {
+            return None;
+        }
+        let idle = self.nodes.iter().find(|node| silence.idle.contains(node));
+        let mut hops = self.nodes.iter().zip(self.topics);
+        let unsent = hops.find(|(_, topic)| silence.unsent.contains(topic));
+        let why = match (idle, unsent) {
+            (Some(node), _) => format!(": {}", silence.why_idle(node)),
+            (None, Some((node, topic))) => format!(": {node} published nothing on {topic}"),
+            (None, None) => String::new(),
+        };
+        Some(format!("no data{why}"))
+    }
+
+    /// Its data age up to run time `at` in words, from the newest message on [`CHAINS`] and the
+    /// `silence` of the run.
+    pub fn line(&self, at: Time, row: &[f64], silence: &Silence<'_>) -> String {
+        let name = self.name;
+        let Some(figures) = self.figures(at, row) else {
+            let why = self.without_data(at, row, silence);
+            return format!("{name} {}", why.unwrap_or_default());
+        };
+        let [mean, greatest] = [figures.mean, figures.greatest].map(millis::text);
+        let ages = format!("{name} data age mean {mean} ms, greatest {greatest} ms");
+        let Some(limit) = self.limit else {
+            return ages;
+        };
+        let (ms, wanted) = (limit.ms(), percent(limit.share));
+        let kept = limit.share_text(figures.share);
+        format!("{ages}, {kept} of the time within {ms} ms ({wanted} wanted)")
+    }
+}

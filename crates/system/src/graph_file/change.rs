@@ -1,0 +1,194 @@
+//! A graph file with some of its keys changed, as text.
+
+use thiserror::Error;
+use toml::{Table, Value};
+
+use super::{ExecutorSpec, GraphFile};
+
+/// A graph file with some of its keys changed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ChangedFile {
+    /// Its text.
+    pub text: String,
+    /// The keys that went because of the change, such as `node.planner.match`, each with its value.
+    pub left_out: Vec<String>,
+}
+
+/// A change that cannot be made.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum ChangeError {
+    /// Another language, in the file or in the change.
+    #[error("{text:?} is not TOML: {why}")]
+    Language {
+        /// The text.
+        text: String,
+        /// What is wrong in it.
+        why: String,
+    },
+    /// The file lacks this node.
+    #[error("the file has no node {0:?}")]
+    Node(String),
+}
+
+/// The graph file in `text` with the keys of `change`, such as `node.planner.rate = 10`. A trigger
+/// takes the place of a rate, and a rate that of a trigger, whose topics the node reads then; keys
+/// that only the other one can have are left out.
+///
+/// # Errors
+/// [`ChangeError`] for a text that is not TOML, and for a node that the file lacks.
+pub fn changed(text: &str, change: &str) -> Result<ChangedFile, ChangeError> {
+    let read = |text: &str| {
+        let table = text.parse::<Table>();
+        table.map_err(|error| ChangeError::Language {
+            text: text.to_owned(),
+            why: error.message().to_owned(),
+        })
+    };
+    let (mut whole, change) = (read(text)?, read(change)?);
+    let mut left_out = Vec::new();
+    let mut leave_out = |node: &mut Table, name: &str, key: &str| {
+        let value = node.remove(key)?;
+        left_out.push(format!("node.{name}.{key} = {value}"));
+        Some(value)
+    };
+    let nodes = change.get("node").and_then(Value::as_table);
+    for (name, node) in nodes.into_iter().flatten() {
+        let known = whole.get_mut("node").and_then(|nodes| nodes.get_mut(name));
+        let known = known.and_then(Value::as_table_mut);
+        let known = known.ok_or_else(|| ChangeError::Node(name.clone()))?;
+        match (
+            node.get("trigger").and_then(Value::as_array),
+            node.get("rate"),
+        ) {
+            (Some(triggers), None) => {
+                for key in ["rate", "offset", "late"] {
+                    leave_out(known, name, key);
+                }
+                if let Some(reads) = known.get_mut("reads").and_then(Value::as_array_mut) {
+                    reads.retain(|topic| !triggers.contains(topic));
+                }
+            }
+            (None, Some(_)) => {
+                leave_out(known, name, "match");
+                if let Some(Value::Array(mut topics)) = leave_out(known, name, "trigger") {
+                    let reads = known.get("reads").and_then(Value::as_array);
+                    topics.extend(reads.into_iter().flatten().cloned());
+                    known.insert("reads".to_owned(), Value::Array(topics));
+                }
+            }
+            _ => {}
+        }
+    }
+    for (name, limit) in change
+        .get("limit")
+        .and_then(Value::as_table)
+        .into_iter()
+        .flatten()
+    {
+        let known = whole
+            .get_mut("limit")
+            .and_then(|limits| limits.get_mut(name));
+        if let (Some(known), Some(_)) = (known.and_then(Value::as_table_mut), limit.as_table()) {
+            known.clear(); // A limit has one bound.
+        }
+    }
+    merge(&mut whole, change);
+    Ok(ChangedFile {
+        text: whole.to_string(),
+        left_out,
+    })
+}
+
+/// The kinds of executors with callback groups that are tried.
+const ROS_KINDS: [&str; 4] = ["single", "multi:2", "multi:4", "events"];
+
+/// The matches that are tried where messages need no stamps, or have the same.
+const QUEUES: [&str; 3] = ["each", "exact:10", "approximate:10"];
+
+/// How many times the rate of the simulator's clock are tried in its place.
+const CLOCKS: [f64; 3] = [2.0, 5.0, 10.0];
+
+/// A change of a key of a graph file.
+pub struct KeyChange {
+    /// What it is about: a node, an executor or the clock.
+    pub about: String,
+    /// The key with its new value.
+    pub with: String,
+}
+
+impl GraphFile {
+    /// What may be changed of a node beside its knobs: a trigger in place of its rate, how its
+    /// triggers match, a thread of its own, another kind of executor, and that it goes first.
+    pub fn changes_of(&self, name: &str) -> Vec<KeyChange> {
+        let mut changes: Vec<String> = Vec::new();
+        let node = self.node(name);
+        if let Some(node) = node {
+            let topics = node.reads.iter().filter(|_| node.triggers.is_empty());
+            changes.extend(topics.map(|topic| format!("node.{name}.trigger = [{:?}]", topic.text)));
+            let matches = QUEUES.into_iter().filter(|_| node.triggers.len() > 1);
+            changes.extend(matches.map(|matching| format!("node.{name}.match = {matching:?}")));
+        }
+        let executor = self.executor_of(name);
+        if let Some(executor) = executor {
+            let others = executor.nodes.iter().map(|node| &*node.text);
+            let others: Vec<&str> = others.filter(|other| *other != name).collect();
+            if !others.is_empty() {
+                changes.push(format!("executor.{}.nodes = {others:?}", executor.name));
+            }
+            let first = executor.kind.to_string().starts_with("fixed-priority");
+            changes.extend((first && node.is_some()).then(|| format!("node.{name}.priority = 0")));
+        }
+        let of_node = changes.into_iter().map(|with| KeyChange {
+            about: name.to_owned(),
+            with,
+        });
+        of_node
+            .chain(executor.into_iter().flat_map(other_kinds))
+            .collect()
+    }
+
+    /// Other rates of the simulator's clock, if the file has one.
+    pub fn clock_changes(&self) -> impl Iterator<Item = KeyChange> {
+        let hz = self.clock_hz.into_iter();
+        let rates = hz.flat_map(|hz| CLOCKS.map(|times| times * hz));
+        rates.map(|hz| KeyChange {
+            about: "clock".to_owned(),
+            with: format!("clock.rate = {hz}"),
+        })
+    }
+
+    /// Whether `node` shares an executor with a node that is `named`.
+    pub fn shares(&self, node: &str, named: impl Fn(&str) -> bool) -> bool {
+        let executor = self.executor_of(node);
+        executor.is_some_and(|executor| executor.nodes.iter().any(|node| named(&node.text)))
+    }
+}
+
+/// Other kinds of an executor for the same nodes: of ROS, or with another core.
+fn other_kinds(executor: &ExecutorSpec) -> impl Iterator<Item = KeyChange> {
+    let known = executor.kind.to_string();
+    let kinds: Vec<String> = match known.split_once(':') {
+        _ if executor.kind.kind().has_groups => ROS_KINDS.map(str::to_owned).to_vec(),
+        Some((kind, cores)) => {
+            let more = cores.parse::<usize>().map_or(2, |cores| cores + 1);
+            vec![format!("{kind}:{more}")]
+        }
+        None => Vec::new(),
+    };
+    let name = executor.name.clone();
+    let others = kinds.into_iter().filter(move |kind| *kind != known);
+    others.map(move |kind| KeyChange {
+        about: name.clone(),
+        with: format!("executor.{name}.kind = {kind:?}"),
+    })
+}
+
+/// Sets the keys of `change`, in tables one by one.
+fn merge(whole: &mut Table, change: Table) {
+    for (key, value) in change {
+        match (whole.get_mut(&key), value) {
+            (Some(Value::Table(known)), Value::Table(change)) => merge(known, change),
+            (_, value) => drop(whole.insert(key, value)),
+        }
+    }
+}

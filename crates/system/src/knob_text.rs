@@ -1,0 +1,220 @@
+//! Knobs as lines of text, with a system's aliases.
+
+use ratelab::{Knob, KnobError, KnobKind, Time, TimedKnob, alternatives};
+use thiserror::Error;
+
+use super::{
+    Alias,
+    comment::{escaped, uncommented, unescaped},
+};
+
+/// Reads and writes knobs with the aliases of a system. Names of aliases may be written
+/// with underscores instead of hyphens.
+///
+/// ```
+/// use ratelab::KnobKind::{Depth, Rate};
+/// use ratelab_system::{Alias, KnobText};
+///
+/// let text = KnobText(&[
+///     Alias {
+///         name: "control-hz",
+///         knobs: &[(Rate, "policy")],
+///         default: "50",
+///         choices: &[],
+///         help: "",
+///     },
+///     Alias {
+///         name: "queue-depth",
+///         knobs: &[(Depth, "/obs"), (Depth, "/action")],
+///         default: "1",
+///         choices: &[],
+///         help: "",
+///     },
+/// ]);
+/// let knobs = text.parse_list("1 queue-depth 8 # both topics\n2.5 rate policy 10")?;
+/// assert_eq!(knobs.len(), 3);
+/// assert_eq!(text.lines(&knobs), ["1 queue-depth 8", "2.5 control-hz 10"]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default)]
+pub struct KnobText(pub &'static [Alias]);
+
+impl KnobText {
+    /// The alias called `name`.
+    pub fn alias(&self, name: &str) -> Option<&'static Alias> {
+        let name = name.replace('_', "-");
+        self.0.iter().find(|alias| alias.name == name)
+    }
+
+    /// Parses a knob, such as `rate planner 10`, or an alias and a value.
+    ///
+    /// # Errors
+    /// [`KnobTextError`] for an unknown knob or an invalid value.
+    pub fn parse(&self, text: &str) -> Result<Vec<Knob>, KnobTextError> {
+        let text = text.trim();
+        let (word, value) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
+        if KnobKind::ALL.iter().any(|kind| kind.name() == word) {
+            return Ok(vec![text.parse()?]);
+        }
+        let alias = self.alias(word).ok_or_else(|| self.unknown(word))?;
+        let value = value.trim_start();
+        let words = !alias.kind().takes_words() && value.contains(char::is_whitespace);
+        if value.is_empty() || words {
+            return Err(KnobTextError::Shape {
+                text: text.to_owned(),
+                name: alias.name,
+                value: alias.kind().value_name(),
+            });
+        }
+        Ok(alias.set(value)?)
+    }
+
+    /// Parses a line with a run time (s) before the knob, such as `2.5 rate planner 10`.
+    /// A `#` that would begin a comment is written `\#`.
+    ///
+    /// # Errors
+    /// [`KnobTextError`] for an invalid line.
+    pub fn parse_timed(&self, line: &str) -> Result<Vec<TimedKnob>, KnobTextError> {
+        let line = unescaped(line.trim());
+        let words = line.split_once(char::is_whitespace);
+        let words = words.filter(|(_, knob)| knob.trim().contains(char::is_whitespace));
+        let (at, knob) = words.ok_or_else(|| KnobTextError::Timed(line.clone()))?;
+        let seconds = at.parse().ok();
+        let time = seconds.and_then(|seconds: f64| Time::from_secs_f64(seconds).ok());
+        let at = time.ok_or_else(|| KnobTextError::Time(at.to_owned()))?;
+        let knobs = self.parse(knob)?.into_iter();
+        Ok(knobs.map(|knob| TimedKnob { at, knob }).collect())
+    }
+
+    /// Parses a list of knobs, one per line. Ignores empty lines and comments: from a `#`
+    /// at the start of a line or after white space to its end.
+    ///
+    /// # Errors
+    /// [`KnobTextError::Line`] with the first invalid line.
+    pub fn parse_list(&self, text: &str) -> Result<Vec<TimedKnob>, KnobTextError> {
+        let knobs = self.parse_lines(text)?.into_iter();
+        Ok(knobs.map(|(_, knob)| knob).collect())
+    }
+
+    /// Parses a list, each knob with the number of its line, counted from one.
+    ///
+    /// # Errors
+    /// As of [`parse_list`](Self::parse_list).
+    pub fn parse_lines(&self, text: &str) -> Result<Vec<(usize, TimedKnob)>, KnobTextError> {
+        let mut knobs = Vec::new();
+        for (number, line) in (1..).zip(text.lines()) {
+            let content = uncommented(line).trim();
+            if content.is_empty() {
+                continue;
+            }
+            let parsed = self.parse_timed(content);
+            let parsed = parsed.map_err(|error| KnobTextError::Line {
+                line: number,
+                error: Box::new(error),
+            })?;
+            knobs.extend(parsed.into_iter().map(|knob| (number, knob)));
+        }
+        Ok(knobs)
+    }
+
+    /// Writes `knobs` as lines that can be parsed again, with aliases where possible.
+    pub fn lines(&self, knobs: &[TimedKnob]) -> Vec<String> {
+        let (mut lines, mut rest) = (Vec::new(), knobs);
+        while let Some(first) = rest.first() {
+            let (text, count) = self.first_line(first, rest);
+            lines.push(format!("{} {}", seconds(first.at), escaped(&text)));
+            rest = rest.get(count..).unwrap_or_default();
+        }
+        lines
+    }
+
+    /// The line for the first of `knobs`, and the number of knobs it covers.
+    fn first_line(&self, first: &TimedKnob, knobs: &[TimedKnob]) -> (String, usize) {
+        let aliases = self.0.iter();
+        let mut named = aliases.filter_map(|alias| Some((alias, alias.value_of(knobs)?)));
+        match named.next() {
+            Some((alias, value)) => (format!("{} {value}", alias.name), alias.knobs.len()),
+            None => (first.knob.to_string(), 1),
+        }
+    }
+
+    /// The kind of the knob that begins with `name`: an alias, or a kind and a target.
+    ///
+    /// # Errors
+    /// [`KnobTextError::Name`] for an unknown knob.
+    pub fn kind(&self, name: &str) -> Result<KnobKind, KnobTextError> {
+        let word = name.split_whitespace().next().unwrap_or_default();
+        let generic = KnobKind::ALL.into_iter().find(|kind| kind.name() == word);
+        let kind = generic.or_else(|| self.alias(word).map(Alias::kind));
+        kind.ok_or_else(|| self.unknown(word))
+    }
+
+    fn unknown(&self, name: &str) -> KnobTextError {
+        let aliases = self.0.iter().map(|alias| alias.name);
+        let names: Vec<&str> = aliases.chain(KnobKind::ALL.map(KnobKind::name)).collect();
+        if name.parse::<f64>().is_ok() {
+            return KnobTextError::HasTime(name.to_owned());
+        }
+        KnobTextError::Name {
+            name: name.to_owned(),
+            known: alternatives(&names),
+        }
+    }
+}
+
+/// Seconds, exact to the nanosecond.
+fn seconds(at: Time) -> String {
+    let nanos = at.as_nanos();
+    let decimals = format!("{:09}", nanos % 1_000_000_000);
+    let decimals = decimals.trim_end_matches('0');
+    let point = if decimals.is_empty() { "" } else { "." };
+    format!("{}{point}{decimals}", nanos / 1_000_000_000)
+}
+
+/// An error in the text of a knob.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum KnobTextError {
+    /// Missing or superfluous words after an alias.
+    #[error("{text:?} is not a knob: expected {name} {value}")]
+    Shape {
+        /// The given text.
+        text: String,
+        /// The alias.
+        name: &'static str,
+        /// Placeholder of its value.
+        value: &'static str,
+    },
+    /// Missing words in a line of a list.
+    #[error(
+        "{0:?} is not a timed knob: expected seconds, knob and value, such as 2.5 rate NODE 10"
+    )]
+    Timed(String),
+    /// An invalid time.
+    #[error("{0:?} is not a time: expected seconds, zero or more")]
+    Time(String),
+    /// A run time before a knob that has none.
+    #[error(
+        "a knob has no time here, and {0:?} is one: leave it out, or put the line into a file for \
+         --knobs"
+    )]
+    HasTime(String),
+    /// An unknown knob.
+    #[error("{name:?} is not a knob: expected {known}")]
+    Name {
+        /// The given name.
+        name: String,
+        /// The known names.
+        known: String,
+    },
+    /// An invalid value for the knob.
+    #[error(transparent)]
+    Value(#[from] KnobError),
+    /// An error with its line in a list.
+    #[error("line {line}: {error}")]
+    Line {
+        /// Line number, counted from one.
+        line: usize,
+        /// The error.
+        error: Box<KnobTextError>,
+    },
+}

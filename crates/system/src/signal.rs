@@ -1,0 +1,37 @@
+//! The signals of a system, and the figures of its last state.
+
+/// A quantity over time, from the messages of one recorded topic.
+#[derive(Clone, Copy, Debug)]
+pub struct Signal {
+    /// Name, such as `pole angle`.
+    pub name: &'static str,
+    /// Unit, such as `°`; empty if it has none.
+    pub unit: &'static str,
+    /// Name of the topic.
+    pub topic: &'static str,
+    /// Computes the quantity from a message's [`Fields`](ratelab_metrics::Fields).
+    pub value: fn(&[f64]) -> f64,
+    /// The least and the greatest value before the run is lost, if there are limits.
+    pub limits: Option<[f64; 2]>,
+    /// The range of its plot in normal operation: least and greatest.
+    pub range: [f64; 2],
+}
+
+impl Signal {
+    /// Whether `value` is beyond the limits.
+    pub fn is_lost_at(&self, value: f64) -> bool {
+        self.limits
+            .is_some_and(|[least, greatest]| value < least || value > greatest)
+    }
+}
+
+/// A figure of the last state of the plant, for tables and programs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Final {
+    /// Name, such as `final_pole_angle`.
+    pub name: &'static str,
+    /// Unit, such as `rad`.
+    pub unit: &'static str,
+    /// Value.
+    pub value: f64,
+}
