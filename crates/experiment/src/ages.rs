@@ -8,8 +8,8 @@ use ratelab_metrics::{AgeStage, Lineage, NodeAccount};
 use super::{Experiment, over_time::AgeOverTime};
 use ratelab_system::System;
 
-/// Number of messages and ticks that may wait to be counted.
-pub(super) const BACKLOG: usize = 4_096;
+/// Number of lots of messages and ticks that may wait to be counted.
+pub(super) const BACKLOG: usize = 16;
 
 /// Number of messages and ticks after which their ages are counted.
 const BATCH: usize = 4_096;
@@ -292,10 +292,11 @@ impl AgeWatch {
                 events += new.len();
                 new.iter().for_each(|event| ages.lineage.event(event));
             };
-            for row in tap.items() {
-                ages.lineage.add(row);
-                rows += 1;
-                if rows % BATCH == 0 {
+            for lot in tap.items() {
+                rows += lot.len();
+                lot.into_iter().for_each(|row| ages.lineage.add(row));
+                if rows >= BATCH {
+                    rows = 0;
                     events_until_now(&mut ages);
                     ages.advance(None);
                 }

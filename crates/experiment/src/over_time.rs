@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, mem};
 
 use ratelab::Time;
-use ratelab_metrics::{AgePart, AgeStage, Lineage, PushInForce, nanos};
+use ratelab_metrics::{AgeStage, Lineage, PushInForce, nanos};
 
 /// An age over run time. It counts in whole nanoseconds, so that its parts sum to it.
 #[derive(Clone, Debug, Default)]
@@ -26,23 +26,23 @@ impl AgeOverTime {
         for part in &fixed.parts {
             self.sum(part.stage, 2 * time, nanos(part.took));
         }
-        // Each part grows evenly or not at all, but for the moments when what is missing changes.
-        let changes = push.changes().map(|at| at.clamp(begin, end));
-        let times = [begin, changes[0], changes[1], end];
-        let grown = times.map(|at| push.grown(at));
-        for (times, ends) in times.windows(2).zip(grown.windows(2)) {
-            let long = i128::from(nanos(times[1].since(times[0])));
-            for part in ends.as_flattened() {
-                self.sum(part.stage, long, nanos(part.took));
-            }
+        for (stage, from, to) in push.growing() {
+            // It grows from `from` to `to`, and stays as it is after that.
+            let grows = [begin, end].map(|at| at.clamp(from, to));
+            let [first, last] = grows.map(|at| nanos(at.since(from)));
+            let stays = nanos(end.since(begin.max(to)));
+            self.sum(
+                stage,
+                i128::from(nanos(grows[1].since(grows[0]))),
+                first.saturating_add(last),
+            );
+            self.sum(stage, 2 * i128::from(stays), last);
         }
         self.time += time;
-        let age = |grown: &[AgePart]| {
-            let grown = grown.iter().map(|part| nanos(part.took));
-            (fixed.sum_ns() + grown.sum::<i64>()).div_euclid(1_000)
-        };
-        *self.teeth.entry(age(&grown[0])).or_default() += 1;
-        *self.teeth.entry(age(&grown[3])).or_default() -= 1;
+        let applied = fixed.sum_ns();
+        let age = |at: Time| (applied + nanos(at.since(push.since))).div_euclid(1_000);
+        *self.teeth.entry(age(begin)).or_default() += 1;
+        *self.teeth.entry(age(end)).or_default() -= 1;
     }
 
     /// Adds the area of a part that was so old for so long.

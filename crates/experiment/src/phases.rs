@@ -163,7 +163,10 @@ impl Experiment {
         let mut lineage = Lineage::new(run.observer().topology(), &[]);
         let tap = run.taps().heads(BACKLOG);
         let reader = thread::spawn(move || {
-            tap.items().iter().for_each(|row| lineage.add(row));
+            tap.items()
+                .iter()
+                .flatten()
+                .for_each(|row| lineage.add(row));
             lineage
         });
         let ended = run.run();

@@ -65,8 +65,8 @@ impl Taps {
     }
 
     /// Copies every message of all topics, without its numbers, and every tick from now on, in one
-    /// queue of `capacity`.
-    pub fn heads(&self, capacity: usize) -> Tap<RunRow> {
+    /// queue of `capacity` lots.
+    pub fn heads(&self, capacity: usize) -> Tap<Vec<RunRow>> {
         self.tap_handle.heads(capacity)
     }
 

@@ -1,5 +1,7 @@
 //! Copies of all messages and ticks, for readers that need more than the newest one.
 
+use std::mem;
+
 use crossbeam_channel::{Receiver, Sender, TrySendError};
 
 use ratelab::{
@@ -98,6 +100,45 @@ impl<T> TapSender<T> {
 
     fn lose(&self, items: u64) {
         self.lost.fetch_add(items, Ordering::Relaxed);
+    }
+}
+
+/// Gathers items and sends them together: a send costs as much as twenty copies.
+#[derive(Debug)]
+pub(crate) struct LotSender<T> {
+    lot: Mutex<Vec<T>>,
+    end: TapSender<Vec<T>>,
+}
+
+impl<T> LotSender<T> {
+    /// Number of items in a lot.
+    const ITEMS: usize = 512;
+
+    /// Sends lots to `end`.
+    pub(crate) fn new(end: TapSender<Vec<T>>) -> Self {
+        let lot = Mutex::new(Vec::with_capacity(Self::ITEMS));
+        Self { lot, end }
+    }
+
+    /// Adds `item`, and sends a full lot; returns `false` once the receiver is gone.
+    pub(crate) fn offer(&self, item: T) -> bool {
+        let mut lot = lock(&self.lot);
+        lot.push(item);
+        // Lots keep their order: the lock is held until the lot is on its way.
+        lot.len() < Self::ITEMS || {
+            let full = mem::replace(&mut *lot, Vec::with_capacity(Self::ITEMS));
+            self.end.offer(full)
+        }
+    }
+}
+
+impl<T> Drop for LotSender<T> {
+    /// Sends the rest.
+    fn drop(&mut self) {
+        let rest = mem::take(&mut *lock(&self.lot));
+        if !rest.is_empty() {
+            self.end.offer(rest);
+        }
     }
 }
 

@@ -28,10 +28,10 @@ pub fn with_look(program: &Program, args: impl IntoIterator<Item = OsString>) ->
     let Some(first) = args.get(1) else {
         return args;
     };
-    let text = first.to_string_lossy();
-    let is_other =
-        text.starts_with('-') || super::command(program).find_subcommand(first).is_some();
-    if !is_other && is_bag(&PathBuf::from(first)) {
+    let is_option = first.to_string_lossy().starts_with('-');
+    // Most first arguments are names of commands: the definition of all takes milliseconds.
+    let is_bag = !is_option && is_bag(&PathBuf::from(first));
+    if is_bag && super::command(program).find_subcommand(first).is_none() {
         args.insert(1, "look".into());
     }
     args

@@ -143,14 +143,15 @@ const COURSE: usize = 37;
 /// # Errors
 /// An error, or a request for output such as help; see [`explain`].
 pub fn parse(program: &Program, args: Vec<OsString>) -> Result<Command, clap::Error> {
-    let parsed = command(program).try_get_matches_from(&args);
+    let mut command = command(program);
+    let parsed = command.try_get_matches_from_mut(&args);
     // clap leaves control characters out of its errors: a value of nothing else would be empty.
     let shown = args.iter().map(|arg| in_line(&arg.to_string_lossy()));
     let matches = parsed.map_err(|error| {
-        let again = command(program).try_get_matches_from(shown);
+        let again = command.try_get_matches_from_mut(shown);
         again.err().unwrap_or(error)
     })?;
-    refuse_dash(&command(program), &matches)?;
+    refuse_dash(&command, &matches)?;
     match matches.subcommand() {
         None => LabArgs::from_arg_matches(&matches).map(Command::Lab),
         Some((name, _)) if CourseCommand::has_subcommand(name) => {

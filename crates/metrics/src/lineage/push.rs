@@ -6,7 +6,7 @@ use ratelab::{MessageId, Time};
 
 use super::{
     DataWay, Lineage, TracedTick,
-    parts::{AgePart, AgeParts, AgeStage, MOST_HOPS, signed},
+    parts::{AgeParts, AgeStage, MOST_HOPS, signed},
 };
 
 /// An action in force for a stretch of run time.
@@ -33,10 +33,9 @@ impl PushInForce {
     /// The parts of its age at run time `at`.
     pub fn parts(&self, at: Time) -> AgeParts {
         let mut parts = self.parts.clone();
-        let grown = self.grown(at).into_iter();
-        parts
-            .parts
-            .extend(grown.filter(|part| !part.took.is_zero()));
+        for (stage, from, to) in self.growing() {
+            parts.add(stage, from, at.min(to));
+        }
         parts
     }
 
@@ -45,29 +44,18 @@ impl PushInForce {
         &self.parts
     }
 
-    /// What came to its age since then at run time `at`: held, waiting for a match, and for the node.
-    pub fn grown(&self, at: Time) -> [AgePart; 3] {
-        let MessageId { topic, .. } = self.message;
-        let (node, at) = (self.node, at.max(self.since));
-        let [outdated, complete] = self.changes().map(|change| change.min(at));
-        let other = self.matched.map_or(topic, |(topic, _)| topic);
-        let part = |stage, from: Time, to: Time| AgePart {
-            stage,
-            took: to.since(from),
-        };
-        [
-            part(AgeStage::Held(topic), self.since, outdated),
-            part(AgeStage::Match { topic: other, node }, outdated, complete),
-            part(AgeStage::Kept(node), complete, at),
-        ]
-    }
-
-    /// The run times at which what it waits for changes, in order: a newer message is there, and the
-    /// set of that is complete. [`Time::MAX`] for never.
-    pub fn changes(&self) -> [Time; 2] {
+    /// What its age grows by after that, with the run times between which each part grows: held,
+    /// waiting for a match, and for the node. [`Time::MAX`] for never.
+    pub fn growing(&self) -> [(AgeStage, Time, Time); 3] {
+        let (node, topic) = (self.node, self.message.topic);
         let outdated = self.outdated.unwrap_or(Time::MAX).max(self.since);
-        let complete = self.matched.map_or(outdated, |(_, complete)| complete);
-        [outdated, complete.max(outdated)]
+        let (other, complete) = self.matched.unwrap_or((topic, outdated));
+        let complete = complete.max(outdated);
+        [
+            (AgeStage::Held(topic), self.since, outdated),
+            (AgeStage::Match { topic: other, node }, outdated, complete),
+            (AgeStage::Kept(node), complete, Time::MAX),
+        ]
     }
 }
 
