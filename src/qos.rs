@@ -110,3 +110,15 @@ impl FromStr for ReadOrder {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{0:?} is not a read order: expected newest or oldest")]
 pub struct ReadOrderError(String);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_least_and_the_greatest_depth_are_accepted_and_no_other_beyond() {
+        assert_eq!(Depth::new(1), Ok(Depth::ONE));
+        assert_eq!(Depth::new(1_000_000), Ok(Depth::MAX));
+        assert!(Depth::new(0).is_err() && Depth::new(1_000_001).is_err());
+    }
+}

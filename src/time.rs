@@ -227,3 +227,46 @@ impl FromStr for Hz {
     max = Hz::MAX.get()
 )]
 pub struct HzError(String);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NO_NUMBERS: [f64; 5] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0, f64::MAX];
+
+    #[test]
+    fn an_invalid_rate_or_time_is_refused_with_value_and_range() {
+        for wrong in "NaN inf -inf 0 -0 -50 1e-9 0.0009 10001 1e300 fast ".split(' ') {
+            let error = wrong.parse::<Hz>().expect_err(wrong).to_string();
+            let expected =
+                format!("{wrong:?} is not a rate: expected 0.001 to 10000 ticks per second");
+            assert_eq!(error, expected);
+        }
+        for wrong in NO_NUMBERS.into_iter().chain([0.0]) {
+            let error = Hz::new(wrong).expect_err("refused").to_string();
+            assert!(
+                error.contains(&wrong.to_string()) && error.contains("0.001 to 10000"),
+                "{error}"
+            );
+        }
+        for wrong in NO_NUMBERS.into_iter().chain([-1e-3, 1e11]) {
+            let error = Time::from_secs_f64(wrong).expect_err("refused").to_string();
+            let expected = "is not a time: expected seconds, zero or more, up to 584 years";
+            assert_eq!(error, format!("{wrong} {expected}"));
+        }
+    }
+
+    #[test]
+    fn the_slowest_and_the_fastest_rate_are_accepted() {
+        assert_eq!(Hz::new(0.001), Ok(Hz::MIN));
+        assert_eq!(Hz::new(10_000.0), Ok(Hz::MAX));
+        assert_eq!(" 33.3 ".parse(), Hz::new(33.3));
+    }
+
+    #[test]
+    fn times_saturate_instead_of_wrapping() {
+        assert_eq!(Time::MAX + Time::RESOLUTION, Time::MAX);
+        assert!(Time::ZERO.since(Time::from_nanos(1)).is_zero());
+        assert!((Time::ZERO - Time::from_nanos(1)).is_zero());
+    }
+}

@@ -228,3 +228,20 @@ pub struct TimedCommand {
     /// The command.
     pub command: Command,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_speed_out_of_range_is_refused_with_value_and_range() {
+        let no_numbers = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0, f64::MAX];
+        for wrong in no_numbers.into_iter().chain([0.0, 0.09, 100.1]) {
+            let error = Speed::times(wrong).expect_err("refused").to_string();
+            let expected = "is not a speed: expected 0.1 to 100 times that of the wall's clock";
+            assert_eq!(error, format!("{wrong} {expected}"));
+        }
+        assert!(Speed::times(0.1).is_ok() && Speed::times(100.0).is_ok());
+        assert_eq!(Speed::times(1.0), Ok(Speed::REAL_TIME));
+    }
+}

@@ -2,7 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{qos::Depth, scheduling::EACH, time::Hz};
+use crate::{
+    qos::Depth,
+    settings::{as_text, matching::Match},
+    time::Hz,
+};
 
 /// Nodes, topics and connections: enough to draw a graph or to replay its run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,9 +29,9 @@ pub struct NodeTopology {
     /// The topics that trigger it, as indices into [`Topology::topics`].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub triggers: Vec<usize>,
-    /// What a tick needs of several triggers, as text; `each` for the newest of each.
-    #[serde(default = "each", skip_serializing_if = "is_each")]
-    pub matching: String,
+    /// What a tick needs of several triggers.
+    #[serde(with = "as_text", default, skip_serializing_if = "Match::is_each")]
+    pub matching: Match,
     /// Name of its executor, if it has no thread of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub executor: Option<String>,
@@ -52,15 +56,6 @@ pub struct TopicTopology {
     pub publishers: Vec<usize>,
     /// The nodes that read from it, as indices.
     pub readers: Vec<usize>,
-}
-
-/// The matching of a node without several triggers.
-fn each() -> String {
-    EACH.to_owned()
-}
-
-fn is_each(matching: &String) -> bool {
-    *matching == EACH
 }
 
 impl Topology {

@@ -216,3 +216,65 @@ impl Agenda {
         self.batch.sort_unstable_by_key(AgendaItem::rank);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Some instants: few, so that many events are due together.
+    fn times() -> impl Strategy<Value = Time> {
+        (0..12_u64).prop_map(Time::from_nanos)
+    }
+
+    #[derive(Clone, Debug)]
+    enum Step {
+        Alarm(Time, Phase, u32, usize),
+        Arrival(Time, usize),
+        Pop,
+    }
+
+    fn steps() -> impl Strategy<Value = Vec<Step>> {
+        let phase = prop_oneof![Just(Phase::End), Just(Phase::Timer), Just(Phase::Start)];
+        let alarm = (times(), phase, 0..3_u32, 0..4_usize);
+        let step = prop_oneof![
+            3 => alarm.prop_map(|(at, phase, priority, node)| Step::Alarm(at, phase, priority, node)),
+            2 => (times(), 0..4_usize).prop_map(|(at, node)| Step::Arrival(at, node)),
+            3 => Just(Step::Pop),
+        ];
+        proptest::collection::vec(step, 0..120)
+    }
+
+    proptest! {
+        #[test]
+        fn events_come_by_time_then_phase_then_rank(steps in steps()) {
+            let (mut agenda, mut model) = (Agenda::default(), Vec::new());
+            let (mut now, mut arrivals) = (Time::ZERO, 0);
+            for step in steps {
+                match step {
+                    Step::Alarm(at, phase, priority, node) => {
+                        agenda.add(at, phase, (priority, node), node);
+                        let rank = u64::from(priority) << 32 | node as u64;
+                        model.push((at.max(now), phase as u64, rank, node));
+                    }
+                    // A message is never delivered in the past.
+                    Step::Arrival(at, node) => {
+                        arrivals += 1;
+                        agenda.add_arrival(at.max(now), node, 0);
+                        model.push((at.max(now), Phase::ARRIVE, arrivals, node));
+                    }
+                    Step::Pop => {
+                        model.sort_unstable();
+                        let first = (!model.is_empty()).then(|| model.remove(0));
+                        prop_assert_eq!(agenda.next_at(), first.map_or(Time::MAX, |first| first.0));
+                        let item = agenda.pop();
+                        let popped = item.map(|item| (item.at, item.node as usize));
+                        prop_assert_eq!(popped, first.map(|first| (first.0, first.3)));
+                        now = first.map_or(now, |first| first.0);
+                    }
+                }
+            }
+        }
+    }
+}

@@ -20,7 +20,6 @@ mod task;
 mod task_set;
 mod timetable;
 
-pub(crate) use release::EACH;
 pub use release::Release;
 pub(crate) use schedule::{Assignment, Schedule};
 pub(crate) use task::Task;

@@ -47,15 +47,12 @@ pub enum Release {
     On(Match),
 }
 
-/// The name of the matching of a node without several triggers.
-pub(crate) const EACH: &str = "each";
-
 impl Release {
-    /// The name of the matching.
-    pub(crate) fn matching(&self) -> String {
+    /// The matching of its triggers.
+    pub(crate) fn matching(&self) -> Match {
         match self {
-            Self::Every(_) => EACH.to_owned(),
-            Self::On(matching) => matching.to_string(),
+            Self::Every(_) => Match::Each,
+            Self::On(matching) => *matching,
         }
     }
 

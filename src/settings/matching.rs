@@ -34,6 +34,13 @@ pub enum Match {
     },
 }
 
+impl Match {
+    /// Whether it is [`Each`](Self::Each).
+    pub(crate) fn is_each(&self) -> bool {
+        *self == Self::Each
+    }
+}
+
 impl fmt::Display for Match {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -77,6 +84,25 @@ impl FromStr for Match {
                 interval: interval(ms)?,
             }),
             _ => Err(SettingError::Match(text.to_owned())),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn invalid_intervals_of_approximate_time_are_refused() {
+        for numbers in ["", ":0", ":5:-1", ":5:x", ":5:1:1"] {
+            let text = format!("approximate{numbers}");
+            let error = text.parse::<Match>().expect_err(&text);
+            assert!(
+                error
+                    .to_string()
+                    .contains("is not a way to match messages: "),
+                "{error}"
+            );
         }
     }
 }

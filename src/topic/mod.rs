@@ -23,7 +23,7 @@
 //! | the topic triggers the reader | the message that the tick is for, whatever the read order |
 //! | a link | messages enter the queue on delivery; drops and reads happen there |
 //!
-//! Each row is tested: the first ones in `tests/library/topic.rs`, read order and links in
+//! Each row is tested: the first ones in `tests.rs` here, read order and links in
 //! `tests/library/links.rs`, triggers in `tests/library/graph_executors.rs`.
 
 mod any;
@@ -34,6 +34,8 @@ mod publisher;
 mod queue;
 mod readers;
 mod subscription;
+#[cfg(test)]
+mod tests;
 mod transit;
 
 use self::queue::{Bus, Queue};

@@ -78,17 +78,3 @@ fn approximate_time_finds_the_sets_of_an_independent_model() {
         }
     }
 }
-
-#[test]
-fn invalid_intervals_of_approximate_time_are_refused() {
-    for numbers in ["", ":0", ":5:-1", ":5:x", ":5:1:1"] {
-        let text = format!("approximate{numbers}");
-        let error = text.parse::<Match>().expect_err(&text);
-        assert!(
-            error
-                .to_string()
-                .contains("is not a way to match messages: "),
-            "{error}"
-        );
-    }
-}

@@ -60,7 +60,6 @@ mod policy_files;
 mod programs;
 mod push_age;
 mod quadratic_cost;
-mod rate;
 mod re_execution;
 mod re_execution_graphs;
 mod real_clock;

@@ -3,10 +3,10 @@
 use std::thread::{self, JoinHandle};
 
 use ratelab::{Time, Topology};
-use ratelab_metrics::{AgeStage, Lineage, NodeAccount};
+use ratelab_metrics::{AgeStage, Lineage, NodeAccount, Observer};
+use ratelab_system::{Setup, System};
 
-use super::{Experiment, over_time::AgeOverTime};
-use ratelab_system::System;
+use crate::{Taps, over_time::AgeOverTime};
 
 /// Number of lots of messages and ticks that may wait to be counted.
 pub(super) const BACKLOG: usize = 16;
@@ -280,15 +280,14 @@ pub(super) struct AgeWatch(JoinHandle<Option<RunAges>>);
 
 impl AgeWatch {
     /// From the beginning of the run to its end.
-    pub(super) fn start(experiment: &Experiment) -> Self {
-        let (tap, observer) = (experiment.taps().heads(BACKLOG), experiment.observer());
-        let setup = experiment.config().setup.iter();
-        let lineage = Lineage::new(observer.topology(), setup).keeping(KEPT);
-        let mut ages = RunAges::new(&**experiment.system(), lineage);
+    pub(super) fn start(system: &dyn System, setup: &Setup, taps: &Taps, run: Observer) -> Self {
+        let tap = taps.heads(BACKLOG);
+        let lineage = Lineage::new(run.topology(), setup.iter()).keeping(KEPT);
+        let mut ages = RunAges::new(system, lineage);
         Self(thread::spawn(move || {
             let (mut rows, mut events) = (0, 0);
             let mut events_until_now = |ages: &mut RunAges| {
-                let new = observer.events(events);
+                let new = run.events(events);
                 events += new.len();
                 new.iter().for_each(|event| ages.lineage.event(event));
             };

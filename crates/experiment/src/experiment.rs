@@ -242,7 +242,8 @@ impl Experiment {
     /// Adds up the ages of the run with their parts, for its summary; without this call nobody
     /// does.
     pub fn watch_ages(&mut self) {
-        self.ages = Some(AgeWatch::start(self));
+        let (system, setup) = (&*self.system, &self.config.setup);
+        self.ages = Some(AgeWatch::start(system, setup, &self.taps, self.observer()));
     }
 
     /// Adds timed `commands` to the knobs of the configuration.

@@ -3,7 +3,7 @@
 //! An [`Experiment`] is one run: configuration in, summary out. A [`sweep`] makes many runs, a
 //! [`hunt`] searches for one that fails, and [`advise`] tries what could make data younger.
 //!
-//! Stands on `ratelab-system`, `ratelab-metrics`, `ratelab-real-clock` and
+//! Stands on `ratelab`, `ratelab-metrics`, `ratelab-system`, `ratelab-real-clock` and
 //! `ratelab-re-execution`; knows no robot, terminal or recording. Begin with [`Experiment`].
 
 #![warn(clippy::print_stderr, clippy::print_stdout)]

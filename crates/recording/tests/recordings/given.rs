@@ -2,7 +2,7 @@
 
 use std::{path::Path, sync::Arc};
 
-use ratelab::{ClockKind, Event, EventKind, NodeTopology, Speed, Status, Time, Topology};
+use ratelab::{ClockKind, Event, EventKind, Match, NodeTopology, Speed, Status, Time, Topology};
 use ratelab_experiment::Config;
 use ratelab_metrics::{Copies, ReplayAccounts, RunRow, Tap, TickRecord};
 use ratelab_recording::{Origin, Recorder, Recording, Source, StopReason, Tapped};
@@ -30,7 +30,7 @@ pub fn node(name: &str) -> NodeTopology {
         hz: hz(50.0),
         meters: Vec::new(),
         triggers: Vec::new(),
-        matching: "each".to_owned(),
+        matching: Match::Each,
         executor: None,
         executor_index: None,
         group: None,
