@@ -8,11 +8,11 @@ mod table;
 use exercises::{
     framework::{
         Answer, Answers, Brief, Expectation, Expectations, ExpectationsError, Findings,
-        Measurement, Prediction, PredictionOrigin, PredictionPlace, Range, Replies, Table,
-        Tolerance,
+        Measurement, Prediction, PredictionOrigin, PredictionPlace, Range, Replies, Tolerance,
     },
     questions,
 };
+use ratelab_experiment::Table;
 use table::rows;
 
 static BRIEF: LazyLock<Brief> = LazyLock::new(|| Brief {

@@ -45,6 +45,7 @@ mod bag_file;
 mod cli;
 mod command_line;
 mod commands;
+mod course;
 mod csv;
 mod error;
 mod first_start;

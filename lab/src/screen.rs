@@ -10,13 +10,13 @@ use std::{
     time::Duration,
 };
 
-use exercises::framework::Answers;
 use ratelab_screen::{
     Look, OpenRows, Options, SessionSetup, Theme, restore_terminal, terminal_is_there,
 };
 
 use crate::{
     cli::ScreenArgs,
+    course::CartPoleCourse,
     error::Error,
     output::{self, Live},
     predictions::answers_file,
@@ -48,13 +48,14 @@ pub fn screen(args: &ScreenArgs) -> Options {
 /// Sessions of the program's system; in the course, with the learner's predictions. The limits
 /// of the push age are `shown`, or hidden until the learner has predicted them.
 pub fn sessions(program: &Program, shown: bool) -> SessionSetup {
-    let course = program.course.then(|| answers_file(None));
-    let is_to_find = |file: &PathBuf| {
-        !Answers::load(file).is_ok_and(|answers| exercises::has_found_limits(&answers))
-    };
+    let system = program.system.clone();
+    if !program.course {
+        return SessionSetup::new(system, None);
+    }
+    let course = CartPoleCourse::new(answers_file(None));
     SessionSetup {
-        hides_limits: !shown && course.as_ref().is_some_and(is_to_find),
-        ..SessionSetup::new(program.system.clone(), course)
+        hides_limits: !shown && !course.has_found_limits(),
+        ..SessionSetup::new(system, Some(Arc::new(course)))
     }
 }
 

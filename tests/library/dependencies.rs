@@ -2,7 +2,12 @@
 //! those that its first page names; the crates up to the robot need no terminal and no recorder, and
 //! the network changes no crate that is built without it.
 
-use std::{collections::BTreeSet, env, fs, process::Command, sync::LazyLock};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    env, fs,
+    process::Command,
+    sync::LazyLock,
+};
 
 use toml::{Table, Value};
 
@@ -74,15 +79,10 @@ fn crate_of(sources: &str) -> &str {
 
 #[test]
 fn every_crate_stands_on_those_below_it_and_its_first_page_names_them() {
-    // Their tests find MuJoCo by it.
-    const FOR_TESTS: [&str; 3] = ["crates/recording/", "crates/screen/", "crates/network/"];
     let mut below = BTreeSet::new();
     for sources in CRATES {
         let folder = crate_of(sources);
         let mut stands_on = crates(folder, &["dependencies"], true);
-        if FOR_TESTS.contains(&folder) {
-            assert!(stands_on.remove("ratelab-cart-pole"), "{folder}");
-        }
         stands_on.remove("mend-it");
         assert!(stands_on.is_subset(&below), "{folder}: {stands_on:?}");
         if sources == "lab/src" {
@@ -126,6 +126,67 @@ fn neither_core_nor_system_nor_robot_depends_on_a_terminal_a_command_line_or_a_r
     };
     assert_eq!(users_of("rerun"), ["crates/recording/src"]);
     assert_eq!(users_of("mujoco-rs"), ["crates/cart-pole/src"]);
+}
+
+/// The packages of the resolved graph, each with those that it is built from: dependencies and build
+/// scripts, without tests; `None` where they were not all fetched.
+fn resolved() -> Option<BTreeMap<String, BTreeSet<String>>> {
+    let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut metadata = Command::new(cargo);
+    metadata.args([
+        "metadata",
+        "--offline",
+        "--format-version",
+        "1",
+        "--all-features",
+    ]);
+    let output = metadata.current_dir(crate::clone::root()).output();
+    let output = output.expect("cargo");
+    if !output.status.success() {
+        return None;
+    }
+    let metadata: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let list = |value: &serde_json::Value| value.as_array().cloned().expect("a list");
+    let text = |value: &serde_json::Value| value.as_str().expect("a text").to_owned();
+    let names: BTreeMap<String, String> = list(&metadata["packages"])
+        .iter()
+        .map(|package| (text(&package["id"]), text(&package["name"])))
+        .collect();
+    let mut graph = BTreeMap::<String, BTreeSet<String>>::new();
+    for node in list(&metadata["resolve"]["nodes"]) {
+        let built_from = list(&node["deps"]).into_iter().filter(|dep| {
+            let kinds = list(&dep["dep_kinds"]);
+            kinds.iter().any(|kind| kind["kind"] != "dev")
+        });
+        let built_from = built_from.map(|dep| names[&text(&dep["pkg"])].clone());
+        let package = graph.entry(names[&text(&node["id"])].clone());
+        package.or_default().extend(built_from);
+    }
+    Some(graph)
+}
+
+#[test]
+fn the_robot_and_the_course_are_the_only_crates_below_the_command_that_need_mujoco() {
+    let Some(graph) = resolved() else {
+        eprintln!("skipped: `cargo fetch` first");
+        return;
+    };
+    let needs_mujoco = |package: &String| {
+        let (mut seen, mut open) = (BTreeSet::new(), vec![package]);
+        while let Some(next) = open.pop() {
+            if seen.insert(next) {
+                open.extend(&graph[next]);
+            }
+        }
+        seen.contains(&"mujoco-rs".to_owned())
+    };
+    let ours = CRATES.map(|sources| manifest(&format!("{}Cargo.toml", crate_of(sources))));
+    let ours = ours
+        .iter()
+        .map(|manifest| manifest["package"]["name"].as_str());
+    let ours = ours.map(|name| name.expect("a name").to_owned());
+    let need: Vec<String> = ours.filter(needs_mujoco).collect();
+    assert_eq!(need, ["ratelab-cart-pole", "exercises", "ratelab-lab"]);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //!
 //! An [`Experiment`] is one run: configuration in, summary out. A [`sweep`] makes many runs, a
 //! [`hunt`] searches for one that fails, and [`advise`] tries what could make data younger.
+//! A [`Table`] prints figures of either.
 //!
 //! Stands on `ratelab`, `ratelab-metrics`, `ratelab-system`, `ratelab-real-clock` and
 //! `ratelab-re-execution`; knows no robot, terminal or recording. Begin with [`Experiment`].
@@ -20,6 +21,7 @@ mod phases;
 mod step_csv;
 mod summary;
 pub mod sweep;
+mod table;
 mod taps;
 
 pub use ages::{AgeShare, RunAge, RunAges};
@@ -28,4 +30,5 @@ pub use experiment::{Experiment, own_world};
 pub use over_time::mean_parts;
 pub use step_csv::{StepWriter, header};
 pub use summary::{MeanPushAge, Summary};
+pub use table::{Column, Table};
 pub use taps::Taps;

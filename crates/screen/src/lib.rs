@@ -5,8 +5,9 @@
 //! and the cliff map, with exercises and the tour as overlays.
 //!
 //! Stands on `ratelab`, `ratelab-metrics`, `ratelab-real-clock`, `ratelab-re-execution`,
-//! `ratelab-experiment`, `ratelab-system`, `ratelab-recording` and `exercises`; knows no robot and no command line. Begin with
-//! [`show`] below, then `app/` for keys, `sampler/` for what a frame gathers, `view/` for panes.
+//! `ratelab-experiment`, `ratelab-system` and `ratelab-recording`; knows no robot and no command
+//! line, and of a course a trait. Begin with [`show`] below, then `app/` for keys, `sampler/` for
+//! what a frame gathers, `view/` for panes.
 //!
 //! ```text
 //! session ──► sampler ──► frame ──► view        (down)
@@ -21,8 +22,8 @@ mod asked;
 mod background;
 mod cause;
 mod cliff;
+mod course;
 mod error;
-mod exercise_panel;
 mod explain;
 mod figures;
 mod flights;
@@ -33,6 +34,7 @@ mod knobs;
 mod lineage_taps;
 mod millis;
 mod overlap;
+mod page;
 mod panes;
 pub mod picture;
 mod plan;
@@ -73,8 +75,11 @@ use ratelab_recording::Recording;
 
 use app::App;
 pub use app::{LabOutcome, keys};
+pub use course::{Course, CoursePanel, PanelAction, Rescue, RescueAdvice};
 pub use error::ScreenError;
 pub use frame::Place;
+pub use page::Page;
+pub use panes::{JUMP, scrolled};
 pub use run::{Remote, RunSource, StatusExtra, WatchedRows, watched};
 pub use sameness::RunDigest;
 pub use session::{BeginRows, OpenRows, SessionResult, SessionSetup};

@@ -22,7 +22,7 @@ use super::{
     run::{RunSource, StatusExtra, WatchedRows},
     sameness::RunDigest,
 };
-use crate::error::ScreenError;
+use crate::{course::Course, error::ScreenError};
 
 /// Opens a file for rows without changing it, so that no session begins in vain.
 pub type OpenRows = Arc<dyn Fn() -> io::Result<BeginRows>>;
@@ -35,9 +35,8 @@ pub type BeginRows = Box<dyn FnOnce() -> io::Result<Box<dyn Write + Send>>>;
 pub struct SessionSetup {
     /// The system.
     pub system: Arc<dyn System>,
-    /// The learner's file of predictions, if the exercises of the course apply to this
-    /// system.
-    pub course: Option<PathBuf>,
+    /// The course, if its exercises apply to this system.
+    pub course: Option<Arc<dyn Course>>,
     /// Whether the limits of the push age are hidden, because a learner is to find them.
     pub hides_limits: bool,
     /// Priority of the node threads, if it was granted.
@@ -49,9 +48,9 @@ pub struct SessionSetup {
 }
 
 impl SessionSetup {
-    /// Sessions of `system` without priorities and files; with the file of predictions of a
-    /// `course`, if its exercises apply.
-    pub fn new(system: Arc<dyn System>, course: Option<PathBuf>) -> Self {
+    /// Creates sessions of `system` without priorities and files; with a `course`, if its
+    /// exercises apply.
+    pub fn new(system: Arc<dyn System>, course: Option<Arc<dyn Course>>) -> Self {
         Self {
             system,
             course,

@@ -4,6 +4,7 @@ mod adders;
 mod again;
 mod ages;
 mod branch;
+mod course;
 mod faults;
 mod files;
 pub mod kit;

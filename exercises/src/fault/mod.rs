@@ -99,6 +99,7 @@ impl Run {
         Table {
             headers: EVIDENCE.map(str::to_owned).to_vec(),
             rows: parts.into_iter().map(|part| cells(part).to_vec()).collect(),
+            named: false,
         }
     }
 

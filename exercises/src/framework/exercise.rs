@@ -3,7 +3,7 @@
 use ratelab::{Fault, Hz, HzError, TimeError};
 use ratelab_cart_pole::{PlantError, stability::StabilityError};
 use ratelab_experiment::{
-    Config,
+    Config, Table,
     sweep::{AxisError, SweepError},
 };
 use ratelab_system::{BuildError, KnobTextError};
@@ -13,7 +13,7 @@ use super::{
     brief::Brief,
     expectations::{Check, Expectations, ExpectationsError, Measurement},
     prediction::Prediction,
-    table::{PredictionPlace, Table},
+    table::PredictionPlace,
     unit::in_unit,
 };
 
@@ -236,7 +236,7 @@ impl Findings {
 
     /// Returns the table with the prediction in it, as text.
     pub fn drawn(&self, brief: &Brief, prediction: &Prediction) -> String {
-        self.table.with(self.place, prediction.number(), brief)
+        self.place.drawn(&self.table, prediction.number(), brief)
     }
 }
 

@@ -19,7 +19,9 @@ pub use exercise::{Answer, Exercise, Failure, Findings};
 pub use expectations::{Check, Expectation, Expectations, ExpectationsError, Measurement};
 pub use mark::PredictionOrigin;
 pub use prediction::{Prediction, PredictionError};
-pub use table::{PredictionPlace, Table};
+pub use table::PredictionPlace;
+
+pub(crate) use ratelab_experiment::Table;
 
 pub(crate) use chance::SplitMix;
 pub(crate) use exercise::{Measure, hz, mean_ms};

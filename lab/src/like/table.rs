@@ -2,8 +2,7 @@
 
 use std::{iter, time::Duration};
 
-use exercises::framework::Table;
-use ratelab_experiment::Summary;
+use ratelab_experiment::{Summary, Table};
 use ratelab_metrics::Distribution;
 use ratelab_system::System;
 use serde_json::{Map, Value, json};
@@ -20,21 +19,15 @@ const QUANTILES: [(&str, f64); 4] = [("p10", 0.1), ("p50", 0.5), ("p90", 0.9), (
 
 /// Returns the table, with one line per figure.
 pub fn text(system: &dyn System, like: &Like, model: &Summary) -> String {
-    let mut rows = rows(system, [&like.recorded, model]);
-    let names = rows.iter().map(|row| row[0].chars().count());
-    let wide = names.max().unwrap_or(0);
-    for row in &mut rows {
-        row[0] = format!("{:<wide$}", row[0]);
-    }
     let table = Table {
         headers: ["", "recorded", "virtual"].map(str::to_owned).to_vec(),
-        rows,
+        rows: rows(system, [&like.recorded, model]),
+        named: true,
     };
     let titles = ["like"].into_iter().chain(iter::repeat(""));
-    let text = table.to_string();
     let lines = titles
-        .zip(text.lines())
-        .map(|(title, text)| line(title, text));
+        .zip(table.lines())
+        .map(|(title, text)| line(title, &text));
     lines.collect::<Vec<_>>().join("\n")
 }
 

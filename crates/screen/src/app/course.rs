@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use crossterm::event::KeyEvent;
-use exercises::rescue::session::{RescueStage, RescueTry};
 use ratelab::{Event, Speed, TimedKnob};
 use ratelab_experiment::Config;
 use ratelab_system::Verdict;
@@ -11,12 +10,12 @@ use ratelab_system::Verdict;
 use super::App;
 use crate::{
     age::{PushData, PushSentence},
-    exercise_panel::{ExercisePanel, PanelAction},
+    course::{CoursePanel, PanelAction, Rescue, RescueAdvice},
     frame::{FrameData, Health, Standing},
+    page::Page,
     run::WatchedRows,
     timeline::Timeline,
     tour::{Guide, OFFER, Seen, Tour},
-    view::Page,
 };
 
 /// The place of a cause that an exercise asks for.
@@ -30,15 +29,15 @@ const BY_HAND: f64 = 0.2;
 
 /// What the course adds to a session.
 #[derive(Default)]
-pub struct Course {
+pub struct CourseState {
     /// The learner's number: the seed of the first session.
     pub learner: u64,
     /// The exercises, while they are open.
-    pub panel: Option<ExercisePanel>,
+    pub panel: Option<Box<dyn CoursePanel>>,
     /// Whether the cause of a loss is covered, because an exercise asks for it.
     pub covered: bool,
     /// The rescue by hand, which will be judged, if the session is one.
-    pub by_hand: Option<RescueTry>,
+    pub by_hand: Option<Box<dyn Rescue>>,
     /// What the last key would have done, which the same key does once more.
     pub warned: Option<Warned>,
     /// The position in the guided tour, during one.
@@ -58,22 +57,22 @@ impl App {
     /// Opens the list, or judges the current rescue. A rescue that can still succeed goes
     /// on, unless this is asked for twice in a row.
     pub(super) fn open_exercises(&mut self) {
-        let Some(answers) = self.setup.course.clone() else {
+        let Some(course) = self.setup.course.clone() else {
             return self.notify("there are no exercises for this system");
         };
-        let over = self.ended() || self.stage().is_none_or(RescueStage::is_over);
+        let over = self.ended() || self.stage().is_none_or(|stage| stage.is_over);
         if !over && self.warns(Warned::GivesUp) {
             return self.notify("not yet, the try goes on: e again gives it up");
         }
         let (rescue, learner) = (self.rescue(), self.course.learner);
         self.course.panel = Some(match rescue {
-            Some(recording) => ExercisePanel::judging(&recording, answers, learner),
-            None => ExercisePanel::new(answers, learner),
+            Some(recording) => course.judge(&recording, learner),
+            None => course.exercises(learner),
         });
     }
 
     /// Returns how far the rescue by hand has come.
-    fn stage(&self) -> Option<RescueStage> {
+    fn stage(&self) -> Option<RescueAdvice> {
         let rescue = self.course.by_hand.as_ref()?;
         let summary = self.shown.run.summary();
         let lost = summary.map(|summary| summary.verdict);
@@ -89,7 +88,7 @@ impl App {
         let states = self.shown.run.system().state();
         let steps = rows.iter().filter(|(topic, _)| Some(*topic) == states);
         steps.for_each(|(_, rows)| rescue.add(rows));
-        let advice = self.stage().map(RescueStage::advice);
+        let advice = self.stage().map(|stage| stage.text);
         frame.verdict.why.splice(0..0, advice);
     }
 

@@ -1,12 +1,14 @@
 //! The cliff map over the dashboard.
 
-use std::{fmt::Display, path::PathBuf};
+use std::{fmt::Display, sync::Arc};
 
-use exercises::framework::Answers;
 use ratelab_experiment::Config;
 
 use super::App;
-use crate::cliff::{CliffMap, MapAxes};
+use crate::{
+    cliff::{CliffMap, MapAxes},
+    course::Course,
+};
 
 /// The place of a map that shows what an exercise asks for.
 const MASKED: &str = "the map answers exercise 1: e predicts it, m again shows the map anyway";
@@ -20,8 +22,8 @@ pub struct LabMap {
     axes: MapAxes,
     /// Whether it is open.
     is_open: bool,
-    /// The learner's predictions, if it is to ask for that of what it shows.
-    asks_first: Option<PathBuf>,
+    /// The course, if it is to ask for the prediction of what it shows.
+    asks_first: Option<Arc<dyn Course>>,
 }
 
 impl App {
@@ -32,16 +34,11 @@ impl App {
 
     /// Opens the map, unless it is to ask first.
     pub(super) fn ask_for_map(&mut self) {
-        let open = |answers: PathBuf| {
-            let first = exercises::find(1);
-            let known =
-                |answers: Answers| first.is_some_and(|of| answers.get(of.brief()).is_some());
-            !Answers::load(&answers).is_ok_and(known)
-        };
-        if self.map.asks_first.take().is_some_and(open) {
-            self.notify(MASKED)
+        let asks_first = self.map.asks_first.take();
+        if asks_first.is_some_and(|course| !course.has_found_cliff()) {
+            self.notify(MASKED);
         } else {
-            self.open_map()
+            self.open_map();
         }
     }
 

@@ -22,8 +22,7 @@ use ratelab::{Event, Knob, Speed, Time};
 use ratelab_experiment::{Config, own_world};
 use ratelab_system::{System, WorldKind};
 
-use course::Course;
-use exercises::rescue::session::RescueTry;
+use course::CourseState;
 use keys::{BACK, KeyTable, LAB, MAP, Need, REMOTE, REPLAY};
 use knobs::{Knobs, without_knobs};
 use map::LabMap;
@@ -35,7 +34,6 @@ use run::ShownRun;
 use shown::Shown;
 
 use super::{
-    exercise_panel::ExercisePanel,
     frame::SignalTrace,
     playback::Playback,
     prompt::Prompt,
@@ -82,7 +80,7 @@ pub struct App {
     /// The run that the session left, if it is a branch.
     left: Option<LeftRun>,
     pub(super) recordings: LabRecordings,
-    pub(super) course: Course,
+    pub(super) course: CourseState,
     map: LabMap,
 }
 
@@ -156,7 +154,7 @@ impl App {
             next: None,
             left: None,
             recordings: LabRecordings::default(),
-            course: Course::default(),
+            course: CourseState::default(),
             map: LabMap::default(),
         }
     }
@@ -222,7 +220,7 @@ impl App {
         if let Some(error) = self.failed.take() {
             return Err(error);
         }
-        let measured = self.course.panel.as_mut().is_some_and(ExercisePanel::poll);
+        let measured = self.course.panel.as_mut().is_some_and(|panel| panel.poll());
         let moved = match &self.shown.run {
             ShownRun::Live(_) => self.follow_session()?,
             ShownRun::Recorded(_) => self.follow_playback(),
@@ -288,7 +286,7 @@ impl App {
         };
         let trace = shown.sampler.trace(system, now, &events);
         let by_hand = self.course.by_hand.as_ref().filter(|_| self.is_live());
-        let safe = by_hand.map(|_| RescueTry::SAFE_DEG);
+        let safe = by_hand.map(|rescue| rescue.safe());
         Some(ScreenState {
             system,
             frame,

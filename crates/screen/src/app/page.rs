@@ -2,12 +2,12 @@
 
 use super::App;
 use crate::{
-    exercise_panel::ExercisePanel,
     explain::{Explained, explained},
     frame::FrameData,
+    page::Page,
     panes::OverlayContent,
     run::{signal, signal_is_push_age},
-    view::{Page, glossary},
+    view::glossary,
 };
 
 /// The keys of a page over the panes, for the bottom line.
@@ -22,7 +22,7 @@ impl App {
     pub(super) fn page(&self, frame: &FrameData) -> Option<Page> {
         let Some((content, scroll)) = self.shown.panes.overlay else {
             let panel = self.course.panel.as_ref().filter(|_| self.is_live());
-            return panel.map(ExercisePanel::page);
+            return panel.map(|panel| panel.page());
         };
         let page = match content {
             OverlayContent::Keys => {

@@ -2,7 +2,6 @@
 
 use std::{sync::Arc, time::Duration};
 
-use exercises::rescue::session::RescueTry;
 use ratelab::{ClockKind, Time};
 use ratelab_experiment::Config;
 use ratelab_recording::{Change, Recording};
@@ -161,8 +160,9 @@ impl App {
         self.knobs = Knobs::new(self.config.setup.clone());
         self.pause = false;
         // A rescue is judged by its recording.
-        let rescue = by_hand && self.recordings.wanted;
-        self.course.by_hand = rescue.then(RescueTry::default);
+        let course = self.setup.course.as_ref();
+        let course = course.filter(|_| by_hand && self.recordings.wanted);
+        self.course.by_hand = course.map(|course| course.rescue());
         if !live {
             self.enter_lab();
         }

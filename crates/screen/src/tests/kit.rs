@@ -14,13 +14,17 @@ use super::{
     *,
 };
 pub use super::{
+    course::TestCourse,
     table::rows,
     testing::{POOR, RICH, shows},
 };
 
 /// The cart-pole, nothing recorded.
 pub fn setup() -> SessionSetup {
-    SessionSetup::new(Arc::new(CartPole::default()), Some("answers.toml".into()))
+    SessionSetup::new(
+        Arc::new(CartPole::default()),
+        Some(Arc::new(TestCourse::default())),
+    )
 }
 
 /// A session that is recorded to `folder`.

@@ -1,14 +1,10 @@
 //! What the screen tells a learner before the first prediction: not one answer.
 
-use exercises::{
-    framework::{Answers, Brief, Prediction},
-    questions,
-};
+use exercises::{framework::Brief, questions};
 use ratelab_system::{Setup, System};
-use tempfile::TempDir;
 
 use super::*;
-use crate::{exercise_panel::PanelAction, frame::Health, millis::number};
+use crate::{course::PanelAction, frame::Health, millis::number};
 
 /// The measured answers for the number 0. The tests of the manual keep this page true.
 const ANSWERS: &str = include_str!("../../../../docs/answers.md");
@@ -43,17 +39,15 @@ const INCIDENTAL: &[(&str, &str, &str)] = &[
 ];
 
 /// A lab of a learner who has not predicted anything, after a run of `config`.
-fn lab(config: &Config, hides_limits: bool) -> (App, TempDir) {
-    let folder = tempfile::tempdir().expect("a folder");
-    let answers = folder.path().join("answers.toml");
+fn lab(config: &Config, hides_limits: bool) -> App {
     let setup = SessionSetup {
         hides_limits,
-        ..SessionSetup::new(Arc::new(CartPole::default()), Some(answers))
+        ..setup()
     };
     let mut app = opened(setup, config);
     end(&mut app);
     until(&mut app, |app| !frame(app).awaits_limits);
-    (app, folder)
+    app
 }
 
 /// Everything that the screen shows of a run: all panes, also alone, with their explanations.
@@ -86,10 +80,10 @@ fn page(app: &App) -> String {
     rows.fold(page.text + "\n", |all, row| all + &row)
 }
 
-/// The pages of keys and words, the list of the exercises, and all questions with their hints.
+/// The pages of keys and words, and all questions with their titles and hints.
 fn pages(app: &mut App) -> String {
     let mut all = String::new();
-    for key in ["?", "G", "e"] {
+    for key in ["?", "G"] {
         press(app, key);
         sample(app);
         all += &page(app);
@@ -97,7 +91,8 @@ fn pages(app: &mut App) -> String {
     }
     let briefs = questions().map(|question| question.brief());
     briefs.fold(all, |all, brief| {
-        all + &format!("{}\n{}\n{}\n", brief.objective, brief.asked(), brief.hint)
+        let (title, objective, hint) = (&brief.title, &brief.objective, &brief.hint);
+        all + &format!("{title}\n{objective}\n{}\n{hint}\n", brief.asked())
     })
 }
 
@@ -160,7 +155,7 @@ fn no_answer_is_on_the_screen_before_the_first_prediction() {
         "control-hz 5",
         "control-hz 5; queue-depth 100",
     ] {
-        let (mut app, _folder) = lab(&config(run), true);
+        let mut app = lab(&config(run), true);
         let shown = panes(&mut app);
         assert!(has(&shown, "of ?"), "{run}");
         for limit in limits() {
@@ -180,14 +175,14 @@ fn no_answer_is_on_the_screen_before_the_first_prediction() {
 
 #[test]
 fn what_may_stand_there_does_and_an_answer_would_be_found() {
-    let (mut app, _folder) = lab(&config(""), false);
+    let mut app = lab(&config(""), false);
     let shown = panes(&mut app);
     let of = limits().join("–");
     assert!(
         shown.contains(&format!("of {of}")) && shown.contains('┊'),
         "{of}"
     );
-    let (mut broken, _folder) = lab(&config("control-hz 5"), true);
+    let mut broken = lab(&config("control-hz 5"), true);
     let pages = pages(&mut app) + &panes(&mut broken);
     let pages = pages.split_whitespace().collect::<Vec<_>>().join(" ");
     for (label, part, why) in INCIDENTAL {
@@ -204,7 +199,7 @@ fn what_may_stand_there_does_and_an_answer_would_be_found() {
 
 #[test]
 fn the_limits_are_shown_once_they_are_predicted_or_asked_for() {
-    let (mut app, folder) = lab(&config("control-hz 5"), true);
+    let mut app = lab(&config("control-hz 5"), true);
     then(&mut app, "", &["of ?"]);
     then(
         &mut app,
@@ -214,25 +209,9 @@ fn the_limits_are_shown_once_they_are_predicted_or_asked_for() {
     then(&mut app, "i\u{1b}a", &["of ?", "a again shows them"]);
     then(&mut app, "a", &["of 74–90"]);
     then(&mut app, "a", &["of ?"]);
-    // As if the others had been predicted in a shell.
-    let file = folder.path().join("answers.toml");
-    let others = ["6a", "6b", "6c", "6d", "7a"];
-    let predicted = Answers::change(&file, |answers| {
-        for label in others {
-            let prediction = Prediction::new(1.0, "of it").expect("finite");
-            answers.set(exercises::named(label)[0].brief(), prediction);
-        }
-    });
-    predicted.expect("saved");
-    then(&mut app, "e", &["of ?"]);
-    let before: Vec<String> = questions()
-        .map(|question| question.brief().label())
-        .collect();
-    let place = before.iter().position(|label| label == "7b").expect("7b");
-    press(&mut app, &"↑".repeat(before.len()));
-    press(&mut app, &"↓".repeat(place));
-    press(&mut app, "\n4 because of it\n");
-    press(&mut app, "\u{1b}\u{1b}");
+    then(&mut app, "e", &["of ?", "the exercises"]);
+    // The test's panel takes Enter as the last prediction.
+    press(&mut app, "\n\u{1b}");
     then(&mut app, "", &["of 74–90"]);
 }
 

@@ -1,7 +1,7 @@
 //! A rescue by hand, and the exercises over a running session.
 
 use super::*;
-use crate::exercise_panel::PanelAction;
+use crate::course::PanelAction;
 
 /// Begins a rescue by hand, in steps, recorded to `folder`.
 fn begun(folder: &Path) -> App {
@@ -55,7 +55,7 @@ fn a_rescue_shows_each_step_and_is_judged_when_it_is_over() {
     step_until(&mut app, "it must stay within ±4° for 3.0 s more");
     then(&mut app, "e", NOT_YET);
     step_until(&mut app, "rescued! e judges it");
-    then(&mut app, "e", &["✓ rescued"]);
+    then(&mut app, "e", &["accepted: true, rescued"]);
 }
 
 #[test]

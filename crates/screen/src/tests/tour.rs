@@ -85,10 +85,7 @@ fn the_tour_never_says_what_the_run_is_not() {
 
 #[test]
 fn the_map_asks_for_the_prediction_of_what_it_shows_once() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let answers = Some(folder.path().join("answers.toml"));
-    let setup = SessionSetup::new(Arc::new(CartPole::default()), answers);
-    let mut app = opened(setup, &endless(""));
+    let mut app = session(endless(""));
     app.ask_before_the_map();
     for (title, shown) in [("the map answers exercise 1", true), ("cliff map", false)] {
         then(&mut app, "m", &[title]);

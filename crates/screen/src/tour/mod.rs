@@ -5,7 +5,7 @@ mod steps;
 
 use crossterm::event::{KeyCode, KeyEvent};
 
-use super::view::Page;
+use super::page::Page;
 use steps::STEPS;
 pub use steps::Seen;
 

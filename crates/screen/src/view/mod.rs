@@ -32,9 +32,9 @@ use ratatui::{Frame, layout::Rect, text::Line};
 use ratelab::Event;
 use ratelab_system::System;
 
+pub use self::glossary::glossary;
 #[cfg(test)]
 pub use self::page::{EDGES, KEY_GAP, render as render_page};
-pub use self::{glossary::glossary, page::Page};
 use self::{layout::ScreenLayout, sheet::Sheet, text::broken};
 #[cfg(test)]
 pub use super::tests::{sample, testing};
@@ -43,6 +43,7 @@ use super::{
     frame::{FrameData, SignalTrace},
     knobs::KnobFocus,
     overlap::OverlapView,
+    page::Page,
     panes::{Pane, Panes},
     playback::Playback,
     prompt::Prompt,

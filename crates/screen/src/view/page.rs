@@ -1,5 +1,4 @@
-//! A page over everything else: the keys, the words, an explanation, an exercise, a step of
-//! the tour.
+//! The drawing of a page over everything else.
 
 use ratatui::{
     style::Style,
@@ -10,7 +9,7 @@ use super::{
     sheet::{Sheet, columns, rows},
     text::{broken, clip, line, pad, plain, tail, width},
 };
-use crate::theme::Theme;
+use crate::{page::Page, theme::Theme};
 
 /// Maximum width of a text, and of the box around it.
 const WIDEST: usize = 80;
@@ -23,29 +22,6 @@ const COLUMN_GAP: usize = 4;
 /// Rows for the box, and for the hint.
 const BORDERS: usize = 2;
 const HINT: usize = 1;
-
-/// A page.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Page {
-    /// Its title.
-    pub title: String,
-    /// Paragraphs, to be wrapped.
-    pub text: String,
-    /// In their place keys and their actions, the most important first, or words and their
-    /// meanings: in two columns if one is too high.
-    pub rows: Vec<(&'static str, &'static str)>,
-    /// The text of the input line, if any.
-    pub typed: Option<String>,
-    /// Keys and their actions, below it.
-    pub hint: &'static str,
-    /// As spans of the bottom line of the screen.
-    pub keys: &'static [(&'static str, &'static str)],
-    /// Number of lines scrolled past.
-    pub scroll: usize,
-    /// Whether it is at the bottom, so that something of the area stays in sight, and not
-    /// in the middle.
-    pub aside: bool,
-}
 
 /// Draws `page` with the height of its content.
 pub fn render(page: &Page, mut sheet: Sheet<'_>) {
@@ -67,25 +43,6 @@ pub fn render(page: &Page, mut sheet: Sheet<'_>) {
 }
 
 impl Page {
-    /// Creates a page of paragraphs.
-    pub fn text(title: impl Into<String>, text: String, hint: &'static str) -> Self {
-        Self {
-            title: title.into(),
-            text,
-            hint,
-            ..Self::default()
-        }
-    }
-
-    /// Creates a page of keys or words.
-    pub fn rows(title: &str, rows: Vec<(&'static str, &'static str)>) -> Self {
-        Self {
-            title: title.to_owned(),
-            rows,
-            ..Self::default()
-        }
-    }
-
     /// Returns the content in lines for an area of `size`, and their width.
     fn lines(&self, theme: &Theme, size: (usize, usize)) -> (Vec<Line<'static>>, usize) {
         if !self.rows.is_empty() {

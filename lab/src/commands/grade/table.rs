@@ -1,6 +1,7 @@
 //! The result as text.
 
-use exercises::framework::{Brief, Findings, Table, Tolerance};
+use exercises::framework::{Brief, Findings, Tolerance};
+use ratelab_experiment::Table;
 
 use super::{
     Graded, histogram,
@@ -109,13 +110,9 @@ fn heading(brief: &Brief) -> String {
 /// Returns the table of the learners: as many below each other as it takes for the width.
 fn learners(graded: &[Graded], questions: &[(&Brief, Option<&Findings>)]) -> Vec<String> {
     let names = graded.iter().map(|graded| one_line(&graded.learner));
-    let mut columns = vec![column("learner".to_owned(), names)];
+    let columns = vec![column("learner".to_owned(), names)];
     let width = |column: &[String]| column.iter().map(|c| c.chars().count()).max().unwrap_or(0);
-    // Names are on the left, everything else on the right.
     let wide = width(&columns[0]);
-    for cell in &mut columns[0] {
-        *cell = format!("{cell:<wide$}");
-    }
     let marks = questions.iter().map(|(brief, _)| {
         let marks = graded.iter().map(|graded| graded.mark(brief));
         let cells = marks.map(|mark| mark.map_or("-".to_owned(), cell));
@@ -151,9 +148,9 @@ fn table(columns: &[Vec<String>]) -> Vec<String> {
     let table = Table {
         headers: row(0),
         rows: (1..columns[0].len()).map(row).collect(),
+        named: true,
     };
-    let text = table.to_string();
-    text.lines().map(str::to_owned).collect()
+    table.lines()
 }
 
 /// Returns how many predictions are right.

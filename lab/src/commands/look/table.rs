@@ -1,6 +1,7 @@
 //! What a bag says, for people.
 
 use ratelab_bag::{Analysis, Bag, BagChain, BagNode, GapVerdict, Kind, TopicClock, quantile};
+use ratelab_experiment::Table;
 
 use super::json::{clock, in_ms};
 use crate::{
@@ -24,7 +25,7 @@ pub fn text(file: &str, bag: &Bag, analysis: &Analysis) -> String {
     )];
     head.extend(clocks(bag, analysis));
     head.extend(stops(bag, analysis));
-    let topics = aligned(&topics(bag, analysis));
+    let topics = topics(bag, analysis).lines().join("\n");
     let mut rest = nodes(bag, analysis);
     rest.extend(gaps(bag, analysis));
     rest.extend(
@@ -111,12 +112,12 @@ fn stops(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
 }
 
 /// A row of cells for each topic, below their titles.
-fn topics(bag: &Bag, analysis: &Analysis) -> Vec<Vec<String>> {
+fn topics(bag: &Bag, analysis: &Analysis) -> Table {
     let titles = [
         "topic", "messages", "Hz", "ms p50", "p99", "max", "jitter", "/s", "age p50", "p99",
         "gaps", "order",
     ];
-    let mut rows = vec![titles.map(str::to_owned).to_vec()];
+    let mut rows = Vec::new();
     for (place, (topic, figures)) in bag.topics.iter().zip(&analysis.figures).enumerate() {
         let interval = figures.interval.unwrap_or_default();
         let times = [interval.p50, interval.p99, interval.max, figures.jitter];
@@ -136,7 +137,11 @@ fn topics(bag: &Bag, analysis: &Analysis) -> Vec<Vec<String>> {
         row.push(topic.order_breaks.to_string());
         rows.push(row);
     }
-    rows
+    Table {
+        headers: titles.map(str::to_owned).to_vec(),
+        rows,
+        named: true,
+    }
 }
 
 /// `ns` in milliseconds, shorter where it is long.
@@ -147,27 +152,6 @@ fn short_ms(ns: i64) -> String {
         ..10_000.0 => format!("{ms:.1}"),
         _ => format!("{ms:.0}"),
     }
-}
-
-/// `rows` as lines with the first cell at the left and the others at the right of their columns.
-fn aligned(rows: &[Vec<String>]) -> String {
-    let width = |column: usize| {
-        let cells = rows.iter().filter_map(|row| row.get(column));
-        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..rows.first().map_or(0, Vec::len)).map(width).collect();
-    let line = |row: &Vec<String>| {
-        let cells =
-            row.iter()
-                .zip(&widths)
-                .enumerate()
-                .map(|(column, (cell, width))| match column {
-                    0 => format!("{cell:<width$}"),
-                    _ => format!("{cell:>width$}"),
-                });
-        cells.collect::<Vec<_>>().join("  ")
-    };
-    rows.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
 /// The nodes, their chains, twins, threads and guesses.

@@ -91,3 +91,23 @@ fn an_answer_uncovers_the_cause_of_the_run_that_was_shown_for_it() {
     let reply = answer(&mut panel, "sensor slow because it looks so");
     assert_eq!(reply, PanelAction::Answered);
 }
+
+#[test]
+fn the_limits_are_found_with_the_last_of_their_predictions() {
+    let (_, folder) = new_panel();
+    let file = folder.path().join("answers.toml");
+    // As if the others had been predicted in a shell.
+    let predicted = Answers::change(&file, |answers| {
+        for label in ["6a", "6b", "6c", "6d", "7a"] {
+            let prediction = Prediction::new(1.0, "of it").expect("finite");
+            answers.set(exercises::named(label)[0].brief(), prediction);
+        }
+    });
+    predicted.expect("saved");
+    let mut panel = ExercisePanel::new(file, 0);
+    panel.at = index(exercises::named("7b")[0]);
+    press(&mut panel, KeyCode::Enter);
+    assert!(!panel.has_found_limits());
+    answer(&mut panel, "4 because of it");
+    assert!(panel.has_found_limits());
+}

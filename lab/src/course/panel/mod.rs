@@ -1,20 +1,18 @@
 //! The exercises over the dashboard: choose one, predict, measure.
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    thread,
+};
 
+use crossbeam_channel::{Receiver, TryRecvError, bounded};
 use crossterm::event::{KeyCode, KeyEvent};
 use exercises::{
     framework::{Answers, Exercise, Failure, Findings, Prediction},
     questions,
     rescue::session::{RESCUE, judge_file},
 };
-use ratelab_experiment::Config;
-
-use super::{
-    asked::Asked,
-    panes::{JUMP, scrolled},
-    view::Page,
-};
+use ratelab_screen::{CoursePanel, JUMP, Page, PanelAction, scrolled};
 
 /// The keys of the panel, for the bottom line.
 const HINTS: &[(&str, &str)] = &[
@@ -51,25 +49,10 @@ enum PanelPage {
     /// Waiting for the measurement.
     Measuring {
         prediction: Prediction,
-        findings: Asked<(), Result<Findings, Failure>>,
+        findings: Receiver<Result<Findings, Failure>>,
     },
     /// The result; Enter begins a rescue if it is about one by hand.
     Text { page: Page, by_hand: bool },
-}
-
-/// The request of a key to the dashboard.
-#[derive(Clone, Debug, PartialEq)]
-pub enum PanelAction {
-    /// Keep the panel open.
-    Stay,
-    /// Keep it open; the question that covers the cause is answered.
-    Answered,
-    /// Show the graph again.
-    Leave,
-    /// Begin a rescue by hand.
-    ByHand,
-    /// Show this run, for the prediction.
-    Watch(Box<Config>),
 }
 
 impl ExercisePanel {
@@ -111,44 +94,10 @@ impl ExercisePanel {
         }
     }
 
-    /// Returns whether the learner has predicted the limits of the push age.
-    pub fn has_found_limits(&self) -> bool {
-        exercises::has_found_limits(&self.answers)
-    }
-
     /// Returns the question that is asked, or marked in the list.
     fn exercise(&self) -> &'static Exercise {
         let all: Vec<&Exercise> = questions().collect();
         all[self.at]
-    }
-
-    /// Shows a measurement that is complete; returns whether there was one.
-    pub fn poll(&mut self) -> bool {
-        let exercise = self.exercise();
-        let PanelPage::Measuring {
-            prediction,
-            findings,
-        } = &mut self.page
-        else {
-            return false;
-        };
-        findings.receive(false);
-        if findings.is_coming() {
-            return false;
-        }
-        let (found, seed) = (findings.newest(), prediction.seed());
-        let page = reveal(exercise, prediction, found);
-        if let Some(Ok(findings)) = found {
-            // A failure is ignored: the prediction itself is in the file.
-            let judged = self
-                .answers
-                .judge(&self.file, exercise.brief(), findings, seed);
-            drop(judged);
-        }
-        self.page = page;
-        self.at = self.after(exercise);
-        self.scroll = 0;
-        true
     }
 
     /// Returns the place of the question after `exercise`: the next one of its own, or the next of
@@ -158,20 +107,6 @@ impl ExercisePanel {
         let open = parts.find(|part| self.answers.get(part.brief()).is_none());
         open.or(exercises::next(&self.answers))
             .map_or(self.at, index)
-    }
-
-    /// Handles a key.
-    pub fn key(&mut self, key: &KeyEvent) -> PanelAction {
-        match (key.code, &self.page) {
-            (KeyCode::Esc, PanelPage::List) => return PanelAction::Leave,
-            (KeyCode::Esc, _) => (self.page, self.scroll) = (PanelPage::List, 0),
-            (KeyCode::Enter, _) => {
-                self.scroll = 0;
-                return self.enter();
-            }
-            (code, _) => self.go(code),
-        }
-        PanelAction::Stay
     }
 
     /// Moves the mark of the list, or the text, or edits what is typed.
@@ -270,46 +205,6 @@ impl ExercisePanel {
         }
     }
 
-    /// Takes pasted text where something is typed.
-    pub fn paste(&mut self, text: &str) {
-        if let PanelPage::Question { typed, .. } = &mut self.page {
-            typed.push_str(text);
-        }
-    }
-
-    /// Returns the page on the screen.
-    pub fn page(&self) -> Page {
-        let page = match &self.page {
-            PanelPage::List => Page {
-                // The marked line stays in view.
-                scroll: self.at.saturating_sub(JUMP),
-                ..Page::text(
-                    "exercises",
-                    self.list(),
-                    "● path of an hour  ↑ ↓ choose  Enter open  Esc the graph",
-                )
-            },
-            PanelPage::Question {
-                typed,
-                refused,
-                hinted,
-            } => {
-                let hint = hinted.then(|| format!("Hint: {}", self.exercise().brief().hint));
-                self.question(typed, refused.clone().or(hint))
-            }
-            PanelPage::Measuring { .. } => {
-                let title = &*self.exercise().brief().title;
-                Page::text(title, "measuring …".to_owned(), "Esc back")
-            }
-            PanelPage::Text { page, .. } => page.clone(),
-        };
-        Page {
-            keys: HINTS,
-            scroll: page.scroll + self.scroll,
-            ..page
-        }
-    }
-
     /// Returns the question, below what is `said` of the last key.
     fn question(&self, typed: &str, said: Option<String>) -> Page {
         let exercise = self.exercise();
@@ -350,6 +245,92 @@ impl ExercisePanel {
     }
 }
 
+impl CoursePanel for ExercisePanel {
+    fn key(&mut self, key: &KeyEvent) -> PanelAction {
+        match (key.code, &self.page) {
+            (KeyCode::Esc, PanelPage::List) => return PanelAction::Leave,
+            (KeyCode::Esc, _) => (self.page, self.scroll) = (PanelPage::List, 0),
+            (KeyCode::Enter, _) => {
+                self.scroll = 0;
+                return self.enter();
+            }
+            (code, _) => self.go(code),
+        }
+        PanelAction::Stay
+    }
+
+    fn paste(&mut self, text: &str) {
+        if let PanelPage::Question { typed, .. } = &mut self.page {
+            typed.push_str(text);
+        }
+    }
+
+    fn poll(&mut self) -> bool {
+        let exercise = self.exercise();
+        let PanelPage::Measuring {
+            prediction,
+            findings,
+        } = &self.page
+        else {
+            return false;
+        };
+        let found = match findings.try_recv() {
+            Err(TryRecvError::Empty) => return false,
+            found => found.ok(),
+        };
+        let (page, seed) = (
+            reveal(exercise, prediction, found.as_ref()),
+            prediction.seed(),
+        );
+        if let Some(Ok(findings)) = found {
+            // A failure is ignored: the prediction itself is in the file.
+            let _ = self
+                .answers
+                .judge(&self.file, exercise.brief(), &findings, seed);
+        }
+        self.page = page;
+        self.at = self.after(exercise);
+        self.scroll = 0;
+        true
+    }
+
+    fn page(&self) -> Page {
+        let page = match &self.page {
+            PanelPage::List => Page {
+                // The marked line stays in view.
+                scroll: self.at.saturating_sub(JUMP),
+                ..Page::text(
+                    "exercises",
+                    self.list(),
+                    "● path of an hour  ↑ ↓ choose  Enter open  Esc the graph",
+                )
+            },
+            PanelPage::Question {
+                typed,
+                refused,
+                hinted,
+            } => {
+                let hint = hinted.then(|| format!("Hint: {}", self.exercise().brief().hint));
+                self.question(typed, refused.clone().or(hint))
+            }
+            PanelPage::Measuring { .. } => {
+                let title = &*self.exercise().brief().title;
+                Page::text(title, "measuring …".to_owned(), "Esc back")
+            }
+            PanelPage::Text { page, .. } => page.clone(),
+        };
+        Page {
+            keys: HINTS,
+            scroll: page.scroll + self.scroll,
+            ..page
+        }
+    }
+
+    fn has_found_limits(&self) -> bool {
+        exercises::has_found_limits(&self.answers)
+    }
+}
+
 /// Returns the number of the question that is `exercise`.
 fn index(exercise: &Exercise) -> usize {
     let name = &exercise.brief().name;
@@ -364,8 +345,11 @@ fn text_page(title: impl Into<String>, text: String, by_hand: bool) -> PanelPage
 
 /// Measures on a thread of its own: the dashboard goes on.
 fn measure(exercise: &'static Exercise, prediction: Prediction) -> PanelPage {
-    let (seed, mut findings) = (prediction.seed(), Asked::default());
-    findings.ask((), move |()| exercise.measure(seed));
+    let (seed, (sender, findings)) = (prediction.seed(), bounded(1));
+    thread::spawn(move || {
+        // The panel may be gone.
+        let _ = sender.send(exercise.measure(seed));
+    });
     PanelPage::Measuring {
         prediction,
         findings,
