@@ -13,7 +13,7 @@ use ratelab_system::{BuildError, Builder, System};
 pub struct Robot;
 
 impl System for Robot {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         "robot"
     }
 
@@ -42,7 +42,7 @@ impl System for Robot {
         })
     }
 
-    fn latency(&self) -> Option<(&'static str, &'static str)> {
+    fn latency(&self) -> Option<(&str, &str)> {
         Some(("controller", "sense→act"))
     }
 }

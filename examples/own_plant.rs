@@ -31,11 +31,7 @@ fields!(Thrust {
     newton: "thrust (N)"
 });
 
-const DOWN: VerdictKind = VerdictKind {
-    name: "down",
-    lost: true,
-    text: "DOWN at {at}",
-};
+const DOWN: VerdictKind = VerdictKind::lost("down", "DOWN at {at}");
 
 /// The node that acts on the world: it flies the drone.
 struct Rotors {
@@ -73,7 +69,7 @@ impl Node for Rotors {
 struct Drone;
 
 impl System for Drone {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         "drone"
     }
 
@@ -101,19 +97,19 @@ impl System for Drone {
         })
     }
 
-    fn state(&self) -> Option<&'static str> {
+    fn state(&self) -> Option<&str> {
         Some("/state")
     }
 
-    fn latency(&self) -> Option<(&'static str, &'static str)> {
+    fn latency(&self) -> Option<(&str, &str)> {
         Some(("drone", "sense→act"))
     }
 
-    fn signals(&self) -> &'static [Signal] {
-        &[Signal {
-            name: "height",
-            unit: "m",
-            topic: "/state",
+    fn signals(&self) -> Vec<Signal> {
+        vec![Signal {
+            name: "height".into(),
+            unit: "m".into(),
+            topic: "/state".into(),
             value: |state| state[0],
             limits: Some([0.0, f64::INFINITY]),
             range: [0.0, 3.0],
@@ -122,13 +118,13 @@ impl System for Drone {
 
     fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
         match state {
-            Some([height, _]) if *height <= 0.0 => Verdict::new(&DOWN, at),
+            Some([height, _]) if *height <= 0.0 => Verdict::new(DOWN, at),
             _ => Verdict::from_exit(exit, at),
         }
     }
 
-    fn verdicts(&self) -> &'static [&'static VerdictKind] {
-        &[&VerdictKind::COMPLETED, &VerdictKind::STOPPED, &DOWN]
+    fn verdicts(&self) -> Vec<VerdictKind> {
+        vec![VerdictKind::COMPLETED, VerdictKind::STOPPED, DOWN]
     }
 
     fn picture(&self, state: &[f64]) -> Option<Picture> {

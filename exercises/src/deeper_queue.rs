@@ -2,6 +2,7 @@
 
 use ratelab_cart_pole::{BROKEN_HZ, CartPole, pole_angle};
 use ratelab_experiment::sweep::CellResult;
+use ratelab_system::Verdict;
 
 use crate::{
     cliff::STARTS,
@@ -42,11 +43,15 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
 
 /// Returns the number of starts with identical runs for both queue depths.
 fn unchanged(shallow: &KnobRuns, deep: &KnobRuns) -> usize {
-    let course = |run: &CellResult| (run.steps, run.verdict, pole_angle(&run.state).to_bits());
     let pairs = shallow.runs.iter().zip(&deep.runs);
     pairs
         .filter(|(one, other)| course(one) == course(other))
         .count()
+}
+
+/// Returns what is compared of a run.
+fn course(run: &CellResult) -> (u64, &Verdict, u64) {
+    (run.steps, &run.verdict, pole_angle(&run.state).to_bits())
 }
 
 fn table(depths: &[KnobRuns]) -> Table {

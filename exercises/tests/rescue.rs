@@ -43,7 +43,7 @@ impl PlayedRun {
             control_hz: Hz::new(CONTROL_HZ).expect("a rate"),
             events: &self.summary.events,
             steps: &self.steps,
-            verdict: self.summary.verdict,
+            verdict: self.summary.verdict.clone(),
         })
     }
 

@@ -15,7 +15,7 @@
 //! struct Counter;
 //!
 //! impl System for Counter {
-//!     fn name(&self) -> &'static str {
+//!     fn name(&self) -> &str {
 //!         "counter"
 //!     }
 //!

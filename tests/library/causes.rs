@@ -52,7 +52,10 @@ fn told(text: &str, chain: &str) -> (f64, &'static str, String) {
     let mut experiment = Experiment::new(system, &config("until 20")).expect("a graph");
     experiment.watch_ages();
     let summary = experiment.run().expect("no fault");
-    let age = summary.ages.iter().find(|age| age.chain == Some(chain));
+    let age = summary
+        .ages
+        .iter()
+        .find(|age| age.chain.as_deref() == Some(chain));
     let age = age.unwrap_or_else(|| panic!("no age of {chain}: {text}"));
     assert_eq!(age.apart_from_ns, None, "{age:?}\n{text}");
     let largest = age.parts.first().expect("a part");

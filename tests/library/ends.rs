@@ -12,7 +12,7 @@ fn a_cart_that_leaves_the_rail_with_the_pole_up_is_not_a_pole_that_fell() {
     };
     let summary = run_of(with_policy(lean), &Config::default());
     assert_eq!(
-        *summary.verdict.kind,
+        summary.verdict.kind,
         ratelab_cart_pole::verdict::CART_LEFT_RAIL
     );
     assert_eq!(summary.verdict.at, summary.sim_time);

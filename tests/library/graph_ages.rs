@@ -155,7 +155,7 @@ fn the_parts_of_an_age_over_a_whole_run_sum_to_it_for_every_chain() {
         let system = graph_system(&text).expect("a graph");
         for chain in system.about().chains {
             let mut ages = summary.ages.iter();
-            let age = ages.find(|age| age.chain == Some(chain.name()));
+            let age = ages.find(|age| age.chain.as_deref() == Some(chain.name()));
             let figure = chain.mean_ms(summary.sim_time, &summary.chains);
             assert_eq!(age.is_none(), figure.is_none(), "{name}: {}", chain.name());
             let Some((age, figure)) = age.zip(figure) else {

@@ -204,7 +204,7 @@ struct Fragile {
 }
 
 impl System for Fragile {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         "fragile"
     }
 
@@ -236,13 +236,13 @@ impl System for Fragile {
 
     fn verdict(&self, exit: &ClockExit, at: Time, _: Option<&[f64]>) -> Verdict {
         match exit {
-            ClockExit::Ended { .. } => Verdict::new(&BROKEN, at),
+            ClockExit::Ended { .. } => Verdict::new(BROKEN, at),
             _ => Verdict::from_exit(exit, at),
         }
     }
 
-    fn verdicts(&self) -> &[&'static VerdictKind] {
-        &[&VerdictKind::COMPLETED, &VerdictKind::STOPPED, &BROKEN]
+    fn verdicts(&self) -> Vec<VerdictKind> {
+        vec![VerdictKind::COMPLETED, VerdictKind::STOPPED, BROKEN]
     }
 }
 

@@ -135,7 +135,7 @@ fn shortest<T: FromStr<Err = ParameterError> + Display>(text: &str) -> Result<St
 }
 
 impl System for CartPole {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         "cart-pole"
     }
 
@@ -175,10 +175,6 @@ impl System for CartPole {
                 (WORLD, "moves by itself"),
             ],
             broken: Some("control-hz 5"),
-            groups: &[Group {
-                name: "plant",
-                nodes: &[WORLD, SENSOR, ACTUATOR],
-            }],
             joints: &super::joints::JOINTS,
             planning: Some(PLANNING),
             spoilers: SPOILERS,
@@ -190,6 +186,10 @@ impl System for CartPole {
             }),
             ..About::default()
         }
+    }
+
+    fn groups(&self) -> Vec<Group> {
+        vec![Group::new("plant", [WORLD, SENSOR, ACTUATOR])]
     }
 
     /// No push from five control periods after the sensing behind the newest action.
@@ -260,29 +260,29 @@ impl System for CartPole {
         })
     }
 
-    fn signals(&self) -> &'static [Signal] {
+    fn signals(&self) -> Vec<Signal> {
         const LIMIT: f64 = POLE_LIMIT_RAD / std::f64::consts::PI * 180.0;
-        &[
+        vec![
             Signal {
-                name: "pole angle",
-                unit: "°",
-                topic: STATE,
+                name: "pole angle".into(),
+                unit: "°".into(),
+                topic: STATE.into(),
                 value: |row| pole_angle(row).to_degrees(),
                 limits: Some([-LIMIT, LIMIT]),
                 range: [-14.0, 14.0],
             },
             Signal {
-                name: "cart position",
-                unit: "m",
-                topic: STATE,
+                name: "cart position".into(),
+                unit: "m".into(),
+                topic: STATE.into(),
                 value: |row| row.get(3).copied().unwrap_or(f64::NAN),
                 limits: Some([-super::CART_LIMIT_M, super::CART_LIMIT_M]),
                 range: [-2.6, 2.6],
             },
             Signal {
-                name: "action",
-                unit: "share of 10 N",
-                topic: STATE,
+                name: "action".into(),
+                unit: "share of 10 N".into(),
+                topic: STATE.into(),
                 value: |row| row.get(1).copied().unwrap_or(f64::NAN),
                 limits: None,
                 range: [-1.0, 1.0],
@@ -290,22 +290,22 @@ impl System for CartPole {
         ]
     }
 
-    fn latency(&self) -> Option<(&'static str, &'static str)> {
+    fn latency(&self) -> Option<(&str, &str)> {
         Some((ACTUATOR, SENSE_TO_ACT))
     }
 
-    fn state(&self) -> Option<&'static str> {
+    fn state(&self) -> Option<&str> {
         Some(STATE)
     }
 
     fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
         let fall = state.and_then(pose).and_then(|pose| pose.fall());
         let kind = match (fall, exit) {
-            (Some(Fall::Pole), _) => &verdict::POLE_FELL,
-            (Some(Fall::Cart), _) => &verdict::CART_LEFT_RAIL,
-            (None, ClockExit::Completed) if state.is_none() => &verdict::NEVER_MOVED,
-            (None, ClockExit::Completed) => &verdict::BALANCED,
-            (None, _) => &verdict::STOPPED,
+            (Some(Fall::Pole), _) => verdict::POLE_FELL,
+            (Some(Fall::Cart), _) => verdict::CART_LEFT_RAIL,
+            (None, ClockExit::Completed) if state.is_none() => verdict::NEVER_MOVED,
+            (None, ClockExit::Completed) => verdict::BALANCED,
+            (None, _) => verdict::STOPPED,
         };
         Verdict::new(kind, at)
     }
@@ -358,8 +358,8 @@ impl System for CartPole {
         }
     }
 
-    fn verdicts(&self) -> &'static [&'static VerdictKind] {
-        verdict::ALL
+    fn verdicts(&self) -> Vec<VerdictKind> {
+        verdict::ALL.to_vec()
     }
 
     fn picture(&self, state: &[f64]) -> Option<Picture> {
@@ -368,8 +368,8 @@ impl System for CartPole {
 
     fn finals(&self, state: &[f64]) -> Vec<Final> {
         vec![Final {
-            name: "final_pole_angle",
-            unit: "rad",
+            name: "final_pole_angle".into(),
+            unit: "rad".into(),
             value: pole_angle(state),
         }]
     }

@@ -19,10 +19,5 @@ pub const CART_LEFT_RAIL: VerdictKind = VerdictKind::lost(
 );
 
 /// All of them, that of a successful run first.
-pub(crate) const ALL: &[&VerdictKind] = &[
-    &BALANCED,
-    &STOPPED,
-    &POLE_FELL,
-    &CART_LEFT_RAIL,
-    &NEVER_MOVED,
-];
+pub(crate) const ALL: [VerdictKind; 5] =
+    [BALANCED, STOPPED, POLE_FELL, CART_LEFT_RAIL, NEVER_MOVED];

@@ -25,7 +25,7 @@ const ROUNDING: u64 = 1_000;
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunAge {
     /// The chain; `None` for the push.
-    pub chain: Option<&'static str>,
+    pub chain: Option<String>,
     /// The node at its end.
     pub node: String,
     /// The node that began the data, where there are data of several behind the push.
@@ -63,11 +63,11 @@ pub struct RunAges {
 
 /// The age at the end of one way of the data.
 struct AgeWay {
-    chain: Option<&'static str>,
+    chain: Option<String>,
     node: usize,
     /// The node that began the data; `None` for the first one that did.
     source: Option<usize>,
-    topics: &'static [&'static str],
+    topics: Vec<String>,
     until: Time,
     ages: AgeOverTime,
 }
@@ -78,7 +78,6 @@ impl RunAges {
         let chains = system.about().chains;
         // One of a single node reads nothing.
         let ends = chains.iter().filter(|chain| !chain.topics().is_empty());
-        let ends = ends.map(|chain| (Some(chain.name()), chain.last(), chain.topics()));
         // The push of a graph without a system in it is that of its first chain.
         let acts = system.latency();
         let acts = acts.filter(|(node, meter)| {
@@ -92,11 +91,11 @@ impl RunAges {
             None if chains.is_empty() => (0..topology.nodes.len()).collect(),
             None => Vec::new(),
         };
-        let ends = ends.filter_map(|(chain, node, topics)| {
+        let ends = ends.filter_map(|chain| {
             Some(AgeWay {
-                chain,
-                topics,
-                ..AgeWay::for_push(topology.node(node)?, None)
+                chain: Some(chain.name().to_owned()),
+                topics: chain.topics().to_vec(),
+                ..AgeWay::for_push(topology.node(chain.last())?, None)
             })
         });
         let sources: Vec<usize> = match acts {
@@ -125,10 +124,10 @@ impl RunAges {
             }
             match way.source {
                 Some(source) => lineage.go_from(source),
-                None if !lineage.go_along(way.topics) => continue,
+                None if !lineage.go_along(&way.topics) => continue,
                 None => {}
             }
-            let until = match (end, way.chain) {
+            let until = match (end, &way.chain) {
                 (None, _) => last_end(lineage, way.node),
                 (Some(run), Some(_)) => Some(run.chains),
                 (Some(run), None) => last_sensing(lineage, way.node).max(Some(run.at)),
@@ -209,6 +208,11 @@ impl AgeShare {
 }
 
 impl RunAge {
+    /// Returns the name of its chain, or `push`.
+    pub fn name(&self) -> &str {
+        self.chain.as_deref().unwrap_or("push")
+    }
+
     /// Whether no part is below zero, as one is after the error of a clock: then the parts are shares
     /// of a whole. A thousandth is no such error: on the real clock a node may read a message that came
     /// after its tick began.
@@ -241,7 +245,7 @@ impl AgeWay {
             chain: None,
             node,
             source,
-            topics: &[],
+            topics: Vec::new(),
             until: Time::ZERO,
             ages: AgeOverTime::default(),
         }
@@ -263,7 +267,7 @@ impl AgeWay {
         }
         parts.sort_by_key(|part| std::cmp::Reverse(part.ns));
         Some(RunAge {
-            chain: self.chain,
+            chain: self.chain.clone(),
             node: topology.nodes[self.node].name.clone(),
             source: (self.source).map(|source| topology.nodes[source].name.clone()),
             is_beside: self.source.is_some(),

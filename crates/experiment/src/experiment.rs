@@ -137,7 +137,7 @@ impl Experiment {
         let part = Self::built(system, config, Default::default(), Some(here))?;
         let graph = part.graph.topology();
         let names: Vec<&str> = graph.nodes.iter().map(|node| &*node.name).collect();
-        let refused = part::check(part.system.about().groups, &names, here);
+        let refused = part::check(&part.system.groups(), &names, here);
         refused.map_or(Ok(part), |why| Err(BuildError::Setting(why)))
     }
 

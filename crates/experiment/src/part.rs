@@ -15,7 +15,8 @@ pub(super) fn check(groups: &[Group], names: &[&str], here: &[String]) -> Option
     for Group { name, nodes } in groups {
         let (in_here, away): (Vec<&str>, Vec<&str>) = nodes
             .iter()
-            .filter(|node| names.contains(*node))
+            .map(String::as_str)
+            .filter(|node| names.contains(node))
             .partition(|node| is_here(node));
         if let (Some(here), Some(away)) = (in_here.first(), away.first()) {
             return Some(format!(

@@ -37,7 +37,7 @@ pub struct Summary {
     /// The system's main latency.
     pub latency: Distribution,
     /// The latency of each of its chains, by their names: the data age at each output.
-    pub latencies: Vec<(&'static str, Distribution)>,
+    pub latencies: Vec<(String, Distribution)>,
     /// The topics, in the order of their first connection.
     pub topics: Vec<TopicAccount>,
     /// The nodes, in the order of addition.
@@ -77,7 +77,7 @@ impl Summary {
     /// itself have none.
     pub fn set_ages(&mut self, system: &dyn System, ages: Vec<RunAge>) {
         let chains = system.about().chains;
-        let measured = |age: &RunAge| match age.chain {
+        let measured = |age: &RunAge| match &age.chain {
             Some(name) => {
                 let chain = chains.iter().find(|chain| chain.name() == name)?;
                 chain.mean_ms(self.sim_time, &self.chains)
@@ -139,14 +139,14 @@ impl Summary {
     pub fn chain_latencies<'s>(
         &'s self,
         system: &'s dyn System,
-    ) -> impl Iterator<Item = (&'static str, &'s Distribution)> {
+    ) -> impl Iterator<Item = (&'s str, &'s Distribution)> {
         let main = system.latency();
         let chains = system.about().chains.iter();
         let others = chains.filter(move |chain| main != Some((chain.last(), chain.name())));
         others.filter_map(|chain| {
             let mut latencies = self.latencies.iter();
             let (name, latency) = latencies.find(|(name, _)| *name == chain.name())?;
-            Some((*name, latency))
+            Some((&**name, latency))
         })
     }
 
@@ -164,6 +164,7 @@ impl Summary {
     pub fn of(config: &Config, verdict: Verdict) -> Self {
         Self {
             config: config.clone(),
+            sim_time: verdict.at,
             verdict,
             steps: 0,
             last_step: None,
@@ -172,7 +173,6 @@ impl Summary {
             cost: None,
             figures: Vec::new(),
             ages: Vec::new(),
-            sim_time: verdict.at,
             wall_time: Duration::ZERO,
             latency: Distribution::default(),
             latencies: Vec::new(),
@@ -210,11 +210,14 @@ fn latency(system: &dyn System, snapshot: &Snapshot) -> Distribution {
 }
 
 /// The latencies of the chains of `system`.
-fn latencies(system: &dyn System, snapshot: &Snapshot) -> Vec<(&'static str, Distribution)> {
+fn latencies(system: &dyn System, snapshot: &Snapshot) -> Vec<(String, Distribution)> {
     let chains = system.about().chains.iter();
     let latencies = chains.map(|chain| {
         let distribution = snapshot.meter(chain.last(), chain.name());
-        (chain.name(), distribution.cloned().unwrap_or_default())
+        (
+            chain.name().to_owned(),
+            distribution.cloned().unwrap_or_default(),
+        )
     });
     latencies.collect()
 }

@@ -12,7 +12,7 @@ pub trait RecordedTopic: Any + Send + Sync {
     fn name(&self) -> &str;
 
     /// Names of the numbers in a message; see [`Fields::FIELDS`].
-    fn fields(&self) -> &'static [&'static str];
+    fn fields(&self) -> &[String];
 
     /// Passes every message to `listener` from now on. It is called by the publisher, so it has
     /// to be quick.
@@ -58,7 +58,7 @@ pub struct NamedTopic<T> {
     /// The topic.
     pub topic: Topic<T>,
     /// The names.
-    pub fields: &'static [&'static str],
+    pub fields: Vec<String>,
 }
 
 impl<T: Fields + Payload> RecordedTopic for NamedTopic<T> {
@@ -66,8 +66,8 @@ impl<T: Fields + Payload> RecordedTopic for NamedTopic<T> {
         self.topic.name()
     }
 
-    fn fields(&self) -> &'static [&'static str] {
-        self.fields
+    fn fields(&self) -> &[String] {
+        &self.fields
     }
 
     fn listen(&self, tap_handle: &TapHandle, mut listener: RowListener) {

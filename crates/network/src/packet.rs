@@ -41,7 +41,7 @@ pub struct RunTimes(Vec<usize>);
 impl RunTimes {
     /// Those of a message with numbers of these names, and with the beginnings of the data of so many
     /// `chains` behind them.
-    pub fn among(fields: &[&str], chains: usize) -> Self {
+    pub fn among(fields: &[String], chains: usize) -> Self {
         let named = fields.iter().enumerate();
         let times = named.filter(|(_, field)| is_run_time(field));
         let beginnings = fields.len()..fields.len() + chains;

@@ -43,7 +43,7 @@ pub struct Replay {
     /// The topic of states, and the node and meter of the age of the sensing behind each
     /// push.
     state: Option<usize>,
-    latency: Option<(usize, &'static str)>,
+    latency: Option<(usize, String)>,
     /// The topic with the data ages of chains.
     chains: Option<usize>,
 }
@@ -57,9 +57,12 @@ impl Replay {
         let [state, chains] = [system.state(), system.chains()].map(|name| topology.topic(name?));
         let latency = system
             .latency()
-            .and_then(|(node, meter)| Some((topology.node(node)?, meter)));
+            .and_then(|(node, meter)| Some((topology.node(node)?, meter.to_owned())));
         Self {
-            order: order(&recording, state.zip(latency.map(|(node, _)| node))),
+            order: order(
+                &recording,
+                state.zip(latency.as_ref().map(|(node, _)| *node)),
+            ),
             done: 0,
             counters: begin(&recording),
             replayed: vec![0; topology.topics.len()],
@@ -222,7 +225,9 @@ impl Replay {
 
     fn push(&mut self, node: usize, push: Push) {
         self.counters.push(node, push);
-        if let Some((_, meter)) = self.latency.filter(|(of, _)| *of == node) {
+        if let Some((of, meter)) = &self.latency
+            && *of == node
+        {
             let age = push.at.since(push.sensed);
             self.counters.sample(node, meter, age);
         }
@@ -237,7 +242,9 @@ impl Replay {
         };
         let name = &self.recording.origin.topology.nodes[by.node].name;
         for chain in self.system.about().chains {
-            let is_main = self.latency == Some((by.node, chain.name()));
+            let main = self.latency.as_ref();
+            let is_main =
+                main.is_some_and(|(node, meter)| *node == by.node && meter == chain.name());
             if chain.last() == name
                 && !is_main
                 && let Some(age) = chain.latency(messages.row(index))

@@ -85,7 +85,7 @@ fn latency(system: &dyn System, snapshot: &Snapshot) -> Option<LatencyData> {
         .unwrap_or_default();
     let bin = bin_width(figures.max.max(period));
     Some(LatencyData {
-        name,
+        name: name.to_owned(),
         figures,
         bins: bins(distribution, bin),
         bin,

@@ -214,7 +214,7 @@ impl Quantiles {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LatencyData {
     /// Its name, such as `sense→act`.
-    pub name: &'static str,
+    pub name: String,
     /// Its figures.
     pub figures: Quantiles,
     /// Counts per bin of width [`LatencyData::bin`]; the last bin counts all longer

@@ -39,7 +39,7 @@ impl LineageTaps {
         let (system, topology) = (experiment.system(), observer.topology());
         let watched = watched(&**system)
             .filter_map(|name| {
-                let index = topology.topic(name);
+                let index = topology.topic(&name);
                 let recorded = taps.topics().iter().find(|topic| topic.name() == name);
                 Some((index?, (name, Rows::new(recorded?.fields().len()))))
             })
@@ -87,7 +87,7 @@ impl LineageTaps {
         self.update();
         let new = self.watched.iter_mut().map(|(_, (name, rows))| {
             let none = Rows::new(rows.width());
-            (*name, mem::replace(rows, none))
+            (name.clone(), mem::replace(rows, none))
         });
         new.collect()
     }

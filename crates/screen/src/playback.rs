@@ -298,8 +298,11 @@ impl RunSource for Playback {
     fn new_rows(&mut self) -> Vec<WatchedRows> {
         let topics: Vec<_> = watched(self.system()).collect();
         let rows = topics.into_iter();
-        rows.map(|topic| (topic, self.replay.new_rows(topic)))
-            .collect()
+        rows.map(|topic| {
+            let rows = self.replay.new_rows(&topic);
+            (topic, rows)
+        })
+        .collect()
     }
 
     fn lineage(&self) -> &Lineage {

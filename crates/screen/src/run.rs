@@ -10,27 +10,32 @@ use ratelab_system::{Signal, System, plant};
 use super::{frame::Place, sameness::RunDigest};
 
 /// New messages of a watched topic, with its name.
-pub type WatchedRows = (&'static str, Rows);
+pub type WatchedRows = (String, Rows);
 
 /// Returns the topics whose every message is drawn: the topics of states, of the first signal and
 /// of plans.
-pub fn watched(system: &dyn System) -> impl Iterator<Item = &'static str> {
-    let (state, signal) = (system.state(), signal(system).map(|signal| signal.topic));
-    let plans = system.about().planning.map(|planning| planning.topics());
+pub fn watched(system: &dyn System) -> impl Iterator<Item = String> {
+    let state = system.state().map(str::to_owned);
+    let signal = signal(system).map(|signal| signal.topic.into_owned());
+    let signal = signal.filter(|topic| Some(topic) != state.as_ref());
+    let plans = system
+        .about()
+        .planning
+        .map(|planning| planning.topics().map(str::to_owned));
     state
         .into_iter()
-        .chain(signal.filter(move |topic| Some(*topic) != state))
+        .chain(signal)
         .chain(plans.into_iter().flatten())
 }
 
 /// Returns the plotted signal.
-pub fn signal(system: &dyn System) -> Option<&Signal> {
-    system.signals().first()
+pub fn signal(system: &dyn System) -> Option<Signal> {
+    system.signals().into_iter().next()
 }
 
 /// Returns whether the plotted signal is the push age itself: in a graph around data only.
 pub fn signal_is_push_age(system: &dyn System) -> bool {
-    let of_chains = signal(system).is_some_and(|signal| system.chains() == Some(signal.topic));
+    let of_chains = signal(system).is_some_and(|signal| system.chains() == Some(&*signal.topic));
     of_chains && plant(system).is_none()
 }
 

@@ -17,9 +17,6 @@ pub struct About<'s> {
     pub captions: &'static [(&'static str, &'static str)],
     /// A knob that makes runs fail, as text, such as `control-hz 5`: the setting of `--break`.
     pub broken: Option<&'static str>,
-    /// The nodes that share something beside topics, such as the plant: they run in one
-    /// process.
-    pub groups: &'s [Group],
     /// The topics whose messages are joint states for other robot software.
     pub joints: &'static [Joints],
     /// The table format of its states, if it differs from run time and numbers.
@@ -45,16 +42,26 @@ pub struct About<'s> {
     pub fixed: &'static [[&'static str; 2]],
     /// The topics on the way of the data to the node of its latency, the sensor first; empty if
     /// the origin of each message tells it.
-    pub latency_path: &'s [&'s str],
+    pub latency_path: &'s [String],
 }
 
 /// Nodes that share something beside topics.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Group {
     /// Name of the group, such as `plant`.
-    pub name: &'static str,
+    pub name: String,
     /// Names of its nodes. A run may lack some of them.
-    pub nodes: &'static [&'static str],
+    pub nodes: Vec<String>,
+}
+
+impl Group {
+    /// Creates the group called `name` of these nodes.
+    pub fn new(name: impl Into<String>, nodes: impl IntoIterator<Item: Into<String>>) -> Self {
+        Self {
+            name: name.into(),
+            nodes: nodes.into_iter().map(Into::into).collect(),
+        }
+    }
 }
 
 /// The format of a system's states as comma-separated values, for systems with a format

@@ -139,15 +139,16 @@ impl<'a> Builder<'a> {
 
     /// Records a topic of the [graph](Self::graph).
     pub fn record<T: Fields + Payload>(&mut self, topic: &Topic<T>) {
-        self.record_as(topic.clone(), T::FIELDS);
+        self.record_as(topic.clone(), T::FIELDS.iter().copied());
     }
 
     /// Records a topic with a name for each number of a message.
     pub fn record_as<T: Fields + Payload>(
         &mut self,
         topic: Topic<T>,
-        fields: &'static [&'static str],
+        fields: impl IntoIterator<Item: Into<String>>,
     ) {
+        let fields = fields.into_iter().map(Into::into).collect();
         self.recorded.push(Arc::new(NamedTopic { topic, fields }));
     }
 

@@ -8,7 +8,6 @@ use ratelab::{Time, millis};
 use super::{
     Bound, Final, VerdictKind,
     chain_ages::{ChainFigures, age_of_newest},
-    kept::{kept_kind, kept_list, kept_text},
 };
 
 /// Name of the topic with the data ages of the chains.
@@ -53,16 +52,16 @@ impl Unmatched<'_> {
 /// A chain.
 #[derive(Clone, Debug)]
 pub struct DataChain {
-    pub(crate) name: &'static str,
+    pub(crate) name: String,
     /// Its number in the messages on [`CHAINS`].
     number: usize,
     /// Its nodes, in the direction of the data.
-    pub nodes: &'static [&'static str],
+    pub nodes: Vec<String>,
     /// The topics on the way to its last node.
-    topics: &'static [&'static str],
+    topics: Vec<String>,
     pub(crate) limit: Option<Limit>,
-    missed: &'static VerdictKind,
-    silent: &'static VerdictKind,
+    missed: VerdictKind,
+    silent: VerdictKind,
 }
 
 /// A limit of the data age of a chain.
@@ -138,14 +137,17 @@ impl DataChain {
                 format!("older than {ms} ms for more than {rest} of the time")
             }
         });
-        let kind = |kind: &str, text: String| {
-            kept_kind(&format!("{kind}_{key}"), true, &format!("MISSED ({text})"))
+        let kind = |kind: &str, text: String| VerdictKind {
+            name: format!("{kind}_{key}").into(),
+            lost: true,
+            text: format!("MISSED ({text})").into(),
         };
+        let owned = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect();
         Self {
-            name: kept_text(name),
+            name: name.to_owned(),
             number,
-            nodes: kept_list(nodes),
-            topics: kept_list(topics),
+            nodes: owned(nodes),
+            topics: owned(topics),
             limit,
             missed: kind("missed", format!("{name} {older}")),
             silent: kind("silent", format!("no data came through {name}")),
@@ -153,18 +155,18 @@ impl DataChain {
     }
 
     /// Its name.
-    pub fn name(&self) -> &'static str {
-        self.name
+    pub fn name(&self) -> &str {
+        &self.name
     }
 
     /// The topics on the way to its last node.
-    pub fn topics(&self) -> &'static [&'static str] {
-        self.topics
+    pub fn topics(&self) -> &[String] {
+        &self.topics
     }
 
     /// The node at its end.
-    pub fn last(&self) -> &'static str {
-        self.nodes.last().copied().unwrap_or_default()
+    pub fn last(&self) -> &str {
+        self.nodes.last().map_or("", String::as_str)
     }
 
     /// Its limit in words.
@@ -179,8 +181,8 @@ impl DataChain {
     }
 
     /// The verdicts on it.
-    pub(crate) fn verdicts(&self) -> impl Iterator<Item = &'static VerdictKind> {
-        let limited = self.limit.map(|_| [self.missed, self.silent]);
+    pub(crate) fn verdicts(&self) -> impl Iterator<Item = &VerdictKind> {
+        let limited = self.limit.map(|_| [&self.missed, &self.silent]);
         limited.into_iter().flatten()
     }
 
@@ -190,25 +192,20 @@ impl DataChain {
 
     /// The verdict on it up to run time `at`, unless its limit is kept. Data may still come
     /// if the run is not `over`. `row` is the newest message on [`CHAINS`].
-    pub(super) fn missed(
-        &self,
-        at: Time,
-        row: Option<&[f64]>,
-        over: bool,
-    ) -> Option<&'static VerdictKind> {
+    pub(super) fn missed(&self, at: Time, row: Option<&[f64]>, over: bool) -> Option<&VerdictKind> {
         let limit = self.limit?;
         match row.and_then(|row| self.figures(at, row)) {
-            None => over.then_some(self.silent),
-            Some(figures) => (!limit.is_kept(figures.share)).then_some(self.missed),
+            None => over.then_some(&self.silent),
+            Some(figures) => (!limit.is_kept(figures.share)).then_some(&self.missed),
         }
     }
 
     /// Its figures up to run time `at`, from the newest message on [`CHAINS`].
     pub(crate) fn finals(&self, at: Time, row: &[f64]) -> impl Iterator<Item = Final> {
-        let (figures, key) = (self.figures(at, row), key(self.name));
+        let (figures, key) = (self.figures(at, row), key(&self.name));
         FIGURES.into_iter().map(move |(name, unit, value)| Final {
-            name: kept_text(&format!("{key}_{name}")),
-            unit,
+            name: format!("{key}_{name}").into(),
+            unit: unit.into(),
             value: figures.map_or(f64::NAN, value),
         })
     }
@@ -248,9 +245,12 @@ impl DataChain {
         if self.figures(at, row).is_some() {
             return None;
         }
-        let idle = self.nodes.iter().find(|node| silence.idle.contains(node));
-        let mut hops = self.nodes.iter().zip(self.topics);
-        let unsent = hops.find(|(_, topic)| silence.unsent.contains(topic));
+        let idle = self
+            .nodes
+            .iter()
+            .find(|node| silence.idle.contains(&&***node));
+        let mut hops = self.nodes.iter().zip(&self.topics);
+        let unsent = hops.find(|(_, topic)| silence.unsent.contains(&&***topic));
         let why = match (idle, unsent) {
             (Some(node), _) => format!(": {}", silence.why_idle(node)),
             (None, Some((node, topic))) => format!(": {node} published nothing on {topic}"),
@@ -262,7 +262,7 @@ impl DataChain {
     /// Its data age up to run time `at` in words, from the newest message on [`CHAINS`] and the
     /// `silence` of the run.
     pub fn line(&self, at: Time, row: &[f64], silence: &Silence<'_>) -> String {
-        let name = self.name;
+        let name = &self.name;
         let Some(figures) = self.figures(at, row) else {
             let why = self.without_data(at, row, silence);
             return format!("{name} {}", why.unwrap_or_default());

@@ -113,7 +113,7 @@ impl Followed {
             let steps = pairs.enumerate().map(|(place, (nodes, topic))| {
                 let index = topology.topic(topic)?;
                 topics[index].push((number, place));
-                let (from, to) = (topology.node(nodes[0])?, topology.node(nodes[1])?);
+                let (from, to) = (topology.node(&nodes[0])?, topology.node(&nodes[1])?);
                 let mut readers = topology.topics[index].readers.iter();
                 Some(ChainStep {
                     topic: index,

@@ -18,7 +18,7 @@
 //! struct Counter;
 //!
 //! impl System for Counter {
-//!     fn name(&self) -> &'static str {
+//!     fn name(&self) -> &str {
 //!         "counter"
 //!     }
 //!
@@ -61,7 +61,6 @@ mod figure_limit;
 pub mod file;
 pub mod graph_file;
 mod joints;
-mod kept;
 mod knob_text;
 mod library;
 pub mod measured;
@@ -97,7 +96,6 @@ pub use chain_tracker::{ChainTracker, TopicChains};
 pub use divider::Divider;
 pub use figure_limit::{Bound, FigureLimit};
 pub use joints::{JointValues, Joints};
-pub(crate) use kept::{kept_kind, kept_list, kept_text};
 pub use knob_text::{KnobText, KnobTextError};
 pub use library::LibraryGraph;
 pub use names::paced_node;
@@ -117,7 +115,7 @@ pub use world::{SharedWorld, StepMs, World, WorldError, WorldKind, depends_on_th
 /// and to repeat the run of a recording.
 pub trait System: Send + Sync + 'static {
     /// Name, such as `drone`. Recordings contain it.
-    fn name(&self) -> &'static str;
+    fn name(&self) -> &str;
 
     /// Adds the system's nodes and topics to an empty graph. Called once per run; builds
     /// the same graph for the same [`Setup`].
@@ -137,14 +135,20 @@ pub trait System: Send + Sync + 'static {
         self.inner().map(System::about).unwrap_or_default()
     }
 
+    /// The groups of nodes that share something beside topics, such as the plant: each runs in one
+    /// process.
+    fn groups(&self) -> Vec<Group> {
+        self.inner().map_or_else(Vec::new, System::groups)
+    }
+
     /// The signals to plot, the most important first.
-    fn signals(&self) -> &[Signal] {
-        self.inner().map_or(&[], System::signals)
+    fn signals(&self) -> Vec<Signal> {
+        self.inner().map_or_else(Vec::new, System::signals)
     }
 
     /// The topic of the plant's steps: each message gives a row of a table, a picture and
     /// a verdict.
-    fn state(&self) -> Option<&'static str> {
+    fn state(&self) -> Option<&str> {
         self.inner()?.state()
     }
 
@@ -152,7 +156,7 @@ pub trait System: Send + Sync + 'static {
     /// the [`origin`](ratelab::Message::origin) of each message of
     /// [`state`](Self::state) at its publication, so that it can be computed from a
     /// recording.
-    fn latency(&self) -> Option<(&'static str, &'static str)> {
+    fn latency(&self) -> Option<(&str, &str)> {
         self.inner()?.latency()
     }
 
@@ -167,8 +171,9 @@ pub trait System: Send + Sync + 'static {
 
     /// All kinds that [`verdict`](Self::verdict) returns, so that they can be read from a
     /// recording. The first is that of a successful run.
-    fn verdicts(&self) -> &[&'static VerdictKind] {
-        self.inner().map_or(VerdictKind::OF_EXITS, System::verdicts)
+    fn verdicts(&self) -> Vec<VerdictKind> {
+        let inner = self.inner().map(System::verdicts);
+        inner.unwrap_or_else(|| VerdictKind::OF_EXITS.to_vec())
     }
 
     /// Figures of the last message of [`state`](Self::state) in a run.
@@ -305,7 +310,7 @@ impl dyn System + '_ {
 }
 
 /// The topic of the states of a plant; `None` for a graph around data only.
-pub fn plant(system: &dyn System) -> Option<&'static str> {
+pub fn plant(system: &dyn System) -> Option<&str> {
     let state = system.state();
     state.filter(|state| Some(*state) != system.chains())
 }
@@ -331,7 +336,7 @@ pub fn verdict(
     let over = *exit != ClockExit::Stopped;
     let mut each = system.about().chains.iter();
     let missed = each.find_map(|chain| chain.missed(at, chains, over));
-    missed.map_or(verdict, |missed| Verdict::new(missed, at))
+    missed.map_or(verdict, |missed| Verdict::new(missed.clone(), at))
 }
 
 /// An error while building a graph.

@@ -37,7 +37,7 @@ use super::{BuildError, Builder, System};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct LibraryGraph<F> {
-    name: &'static str,
+    name: String,
     wire: F,
 }
 
@@ -46,7 +46,8 @@ where
     F: Fn(&mut Builder<'_>) -> Result<(), BuildError> + Send + Sync + 'static,
 {
     /// The graph called `name` that `wire` adds to [`Builder::graph`].
-    pub fn new(name: &'static str, wire: F) -> Self {
+    pub fn new(name: impl Into<String>, wire: F) -> Self {
+        let name = name.into();
         Self { name, wire }
     }
 }
@@ -55,8 +56,8 @@ impl<F> System for LibraryGraph<F>
 where
     F: Fn(&mut Builder<'_>) -> Result<(), BuildError> + Send + Sync + 'static,
 {
-    fn name(&self) -> &'static str {
-        self.name
+    fn name(&self) -> &str {
+        &self.name
     }
 
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {

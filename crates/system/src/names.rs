@@ -112,6 +112,6 @@ pub fn good(system: &dyn System) -> String {
         .first()
         .filter(|_| verdicts.iter().any(|verdict| verdict.lost));
     usual
-        .map_or("not lost", |verdict| verdict.name)
+        .map_or("not lost", |verdict| &verdict.name)
         .replace('_', " ")
 }

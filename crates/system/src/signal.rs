@@ -1,14 +1,16 @@
 //! The signals of a system, and the figures of its last state.
 
+use std::borrow::Cow;
+
 /// A quantity over time, from the messages of one recorded topic.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Signal {
     /// Name, such as `pole angle`.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Unit, such as `°`; empty if it has none.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Name of the topic.
-    pub topic: &'static str,
+    pub topic: Cow<'static, str>,
     /// Computes the quantity from a message's [`Fields`](ratelab_metrics::Fields).
     pub value: fn(&[f64]) -> f64,
     /// The least and the greatest value before the run is lost, if there are limits.
@@ -26,12 +28,12 @@ impl Signal {
 }
 
 /// A figure of the last state of the plant, for tables and programs.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Final {
     /// Name, such as `final_pole_angle`.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Unit, such as `rad`.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Value.
     pub value: f64,
 }

@@ -34,7 +34,7 @@ const AFTERMATH: Duration = Duration::from_secs(1);
 pub const HELD: Duration = Duration::from_secs(5);
 
 /// The data of a recorded session.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct RescueSession<'a> {
     /// The policy's initial rate, from the run's configuration.
     pub control_hz: Hz,
@@ -160,11 +160,11 @@ impl<'a> Attempt<'a> {
             .steps
             .partition_point(|step| step.stamp < slow_phase.from);
         let last = session.steps.partition_point(|step| step.stamp < next);
-        let Verdict { kind, at } = session.verdict;
+        let Verdict { kind, at } = &session.verdict;
         Self {
             slow_phase,
             steps: session.steps.get(first..last).unwrap_or_default(),
-            fell: (kind.lost && at < next).then_some(at),
+            fell: (kind.lost && *at < next).then_some(*at),
         }
     }
 

@@ -52,7 +52,7 @@ impl Rehearsal {
             control_hz: Hz::new(BROKEN_HZ)?,
             events: &run.summary.events,
             steps: &run.steps,
-            verdict: run.summary.verdict,
+            verdict: run.summary.verdict.clone(),
         });
         Ok(Self {
             slow_s,

@@ -90,7 +90,7 @@ pub fn judge_recording(recording: &Recording) -> Result<Rescued, RescueFailure> 
     let system = CartPole::default();
     let verdict = match recording.result() {
         Some(result) => result.verdict.verdict(&system),
-        None => Verdict::new(&verdict::STOPPED, recording.until),
+        None => Verdict::new(verdict::STOPPED, recording.until),
     };
     let control_hz = recording.origin.config.setup.rate(POLICY);
     judge(&RescueSession {
@@ -141,17 +141,18 @@ impl RescueTry {
     /// Returns how far it has come, after `events`; `verdict` is that of a lost run.
     pub fn stage(&self, events: &[Event], verdict: Option<Verdict>) -> RescueStage {
         let now = self.steps.last().map_or(Time::ZERO, |step| step.stamp);
+        let is_over = verdict.is_some();
         let session = RescueSession {
             control_hz: actuator_hz(),
             events,
             steps: &self.steps,
-            verdict: verdict.unwrap_or(Verdict::new(&verdict::STOPPED, now)),
+            verdict: verdict.unwrap_or_else(|| Verdict::new(verdict::STOPPED, now)),
         };
         let rates = control_rates(session.control_hz, events);
         let (since, hz) = rates.last().unwrap_or((Time::ZERO, session.control_hz));
         match judge(&session) {
             Ok(_) => RescueStage::Done,
-            _ if verdict.is_some() => RescueStage::Over,
+            _ if is_over => RescueStage::Over,
             Err(RescueFailure::Slowness) => RescueStage::Begin,
             Err(RescueFailure::Danger { .. }) if hz.get() <= BROKEN_HZ => RescueStage::Lean,
             Err(RescueFailure::Danger { .. }) => RescueStage::TooSoon,

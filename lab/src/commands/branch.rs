@@ -78,9 +78,10 @@ pub fn branch(program: &Program, args: &BranchArgs) -> Result<(), Error> {
     let Summary { verdict, ages, .. } = outcome.map_err(unverified)??;
     let before = change
         .recorded
-        .map(|verdict| verdict.to_string())
+        .as_ref()
+        .map(ToString::to_string)
         .unwrap_or_else(|| "unknown, it is cut off".to_owned());
-    let so = change.sentence(Some(verdict));
+    let so = change.sentence(Some(verdict.clone()));
     let mut lines = vec![
         ("left at", change.left(args.at)),
         ("recorded", before),

@@ -7,14 +7,11 @@ use ratelab_system::System;
 pub fn nodes(system: &dyn System, graph: &Topology, names: &[String]) -> Vec<String> {
     let mut nodes: Vec<String> = Vec::new();
     for name in names {
-        let group = system
-            .about()
-            .groups
-            .iter()
-            .find(|group| group.name == name);
+        let mut groups = system.groups().into_iter();
+        let group = groups.find(|group| group.name == *name);
         let members = group.map_or(vec![name.clone()], |group| {
             let known = graph.nodes.iter().map(|node| &node.name);
-            let known = known.filter(|name| group.nodes.contains(&name.as_str()));
+            let known = known.filter(|name| group.nodes.contains(name));
             known.cloned().collect()
         });
         for member in members {
@@ -28,10 +25,12 @@ pub fn nodes(system: &dyn System, graph: &Topology, names: &[String]) -> Vec<Str
 pub fn apart(system: &dyn System, graph: &Topology) -> Vec<String> {
     let mut parts: Vec<String> = Vec::new();
     for node in &graph.nodes {
-        let mut groups = system.about().groups.iter();
-        let group = groups.find(|group| group.nodes.contains(&node.name.as_str()));
-        let part = group.map_or(node.name.as_str(), |group| group.name);
-        add(&mut parts, part.to_owned());
+        let mut groups = system.groups().into_iter();
+        let group = groups.find(|group| group.nodes.contains(&node.name));
+        add(
+            &mut parts,
+            group.map_or_else(|| node.name.clone(), |group| group.name),
+        );
     }
     parts
 }

@@ -60,8 +60,7 @@ fn parts(age: &RunAge) -> Vec<(&'static str, String)> {
 
 /// Returns what is old, and where.
 pub fn title(age: &RunAge) -> String {
-    let of = age.chain.unwrap_or("push");
-    format!("{of} at {}{}", age.node, data_of(age))
+    format!("{} at {}{}", age.name(), age.node, data_of(age))
 }
 
 /// Whose data they are, to follow the name of the age; empty where only one node began any.
@@ -99,7 +98,7 @@ pub fn json(ages: &[RunAge]) -> Value {
                 })
             });
             let mut row = json!({
-                "of": age.chain.unwrap_or("push"),
+                "of": age.name(),
                 "at": age.node,
                 "mean_ms": in_ms(age.mean_ns),
                 "mean_ns": age.mean_ns,

@@ -145,7 +145,7 @@ pub fn finals(
             digits.round(figure.value)
         };
         // The name alone goes with a later version.
-        let names = [with_unit, figure.name.to_owned()];
+        let names = [with_unit, figure.name.into_owned()];
         names.map(|name| (name, json!(value)))
     })
 }

@@ -24,7 +24,7 @@ pub struct PhaseSpread {
     /// The mean push ages (ms), in ascending order.
     ages: Vec<f64>,
     /// The number of runs with each verdict.
-    verdicts: BTreeMap<&'static str, usize>,
+    verdicts: BTreeMap<String, usize>,
     /// The knobs of the worst run: a lost one, or else the oldest.
     worst: Vec<String>,
 }
@@ -60,7 +60,7 @@ impl PhaseSpread {
                 Some(_) if !result.verdict.is_lost() => NO_DATA,
                 _ => result.verdict.name(),
             };
-            *verdicts.entry(name).or_default() += 1;
+            *verdicts.entry(name.to_owned()).or_default() += 1;
             ages.extend(age);
             let (lost, age) = (result.is_lost(), age.unwrap_or(0.0));
             if (lost, age) > (worst.0, worst.1) {

@@ -1,11 +1,12 @@
 //! The ages of the runs of a sweep and their parts, as columns.
 
-use ratelab_experiment::{RunAge, sweep::CellResult};
+use ratelab_experiment::sweep::CellResult;
 
 /// The mean of an age, or of one of its parts.
 #[derive(Clone, PartialEq)]
 pub struct PartColumn {
-    chain: Option<&'static str>,
+    /// The chain; `None` for the push.
+    chain: Option<String>,
     /// What it is, and whose; `None` for the age itself.
     part: Option<(&'static str, String)>,
 }
@@ -14,15 +15,18 @@ pub struct PartColumn {
 /// first occurrence.
 pub fn columns<'r>(results: impl Iterator<Item = &'r CellResult>) -> Vec<PartColumn> {
     let mut columns: Vec<PartColumn> = Vec::new();
-    for RunAge { chain, parts, .. } in results.flat_map(|result| &result.ages) {
-        let keys = parts
+    for age in results.flat_map(|result| &result.ages) {
+        let keys = age
+            .parts
             .iter()
             .map(|part| (part.stage.key(), part.owner.clone()));
         for part in [None].into_iter().chain(keys.map(Some)) {
-            let chain = *chain;
+            let chain = age.chain.clone();
             let column = PartColumn { chain, part };
             if !columns.contains(&column) {
-                let after = columns.iter().rposition(|known| known.chain == chain);
+                let after = columns
+                    .iter()
+                    .rposition(|known| known.chain == column.chain);
                 columns.insert(after.map_or(columns.len(), |after| after + 1), column);
             }
         }
@@ -33,10 +37,10 @@ pub fn columns<'r>(results: impl Iterator<Item = &'r CellResult>) -> Vec<PartCol
 impl PartColumn {
     /// Returns its name, with the unit.
     pub fn name(&self) -> String {
-        let chain = self.chain.unwrap_or("push");
+        let of = self.chain.as_deref().unwrap_or("push");
         match &self.part {
-            None => format!("{chain} age ms"),
-            Some((key, owner)) => format!("{chain} {key} {owner} ms"),
+            None => format!("{of} age ms"),
+            Some((key, owner)) => format!("{of} {key} {owner} ms"),
         }
     }
 

@@ -122,7 +122,7 @@ fn age_rows(age: &RunAge) -> Vec<Vec<String>> {
     let row = |part: &str, owner: &str, ns: i64| {
         // The push itself keeps its name.
         let data = Some(age).filter(|age| age.is_beside).map(data_of);
-        let of = age.chain.unwrap_or("push").to_owned() + &data.unwrap_or_default();
+        let of = age.name().to_owned() + &data.unwrap_or_default();
         let words = [&*of, &age.node, part, owner].map(str::to_owned);
         words.into_iter().chain([milliseconds(ns)]).collect()
     };

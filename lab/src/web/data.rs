@@ -200,9 +200,9 @@ fn shape((style, shape): &(Style, Shape)) -> Value {
 
 /// Returns the first signal of the system over time.
 fn signal(recording: &Recording, system: &dyn System) -> Value {
-    let signal = system.signals().first();
-    let rows = signal.and_then(|signal| Some((signal, recording.rows(signal.topic)?)));
-    let Some((signal, rows)) = rows else {
+    let signal = system.signals().into_iter().next();
+    let rows = signal.and_then(|signal| Some((recording.rows(&signal.topic)?, signal)));
+    let Some((rows, signal)) = rows else {
         return Value::Null;
     };
     let steps: Vec<(&Head, &[f64])> = rows.iter().collect();

@@ -47,8 +47,8 @@ impl Chunk {
     pub(super) const HEAD: usize = 3;
 
     /// Names of the numbers of a chunk of `horizon` actions.
-    pub(crate) fn names(horizon: Horizon) -> &'static [&'static str] {
-        &NAMES[..Self::HEAD + horizon.get()]
+    pub(crate) fn names(horizon: Horizon) -> impl Iterator<Item = &'static str> {
+        NAMES.into_iter().take(Self::HEAD + horizon.get())
     }
 }
 

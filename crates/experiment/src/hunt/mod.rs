@@ -160,7 +160,7 @@ pub enum HuntError {
         "no run of {0} can be lost, so there is nothing to hunt for: give a [chain.NAME] of its \
          graph file a limit, age_ms"
     )]
-    NeverLost(&'static str),
+    NeverLost(String),
     /// Lost or late messages of a graph in which no node reads.
     #[error(
         "no node reads a topic in this graph, so no message can be lost or late: allow a hang or a shift"
@@ -236,7 +236,7 @@ impl Hunt {
         }
         let verdicts = self.system.verdicts();
         if verdicts.iter().all(|verdict| !verdict.lost) {
-            return Err(HuntError::NeverLost(self.system.name()));
+            return Err(HuntError::NeverLost(self.system.name().to_owned()));
         }
         let graph = Experiment::from_resolved(self.system.clone(), resolved.base.clone())?;
         let mut setup = self.system.about().setup();
@@ -263,7 +263,7 @@ impl Hunt {
             None => Hunted::Held { runs, stopped },
             Some((best, verdict)) => Hunted::Lost(Found {
                 knobs: budget.knobs(best),
-                verdict: *verdict,
+                verdict: verdict.clone(),
                 proof,
                 runs,
             }),

@@ -53,7 +53,7 @@ impl From<&Summary> for CellResult {
     fn from(summary: &Summary) -> Self {
         let read = summary.topics.iter().filter(|topic| topic.is_read());
         Self {
-            verdict: summary.verdict,
+            verdict: summary.verdict.clone(),
             steps: summary.steps,
             sim_time: summary.sim_time,
             mean_latency_s: summary.latency.mean_s(),

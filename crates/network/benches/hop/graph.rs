@@ -22,7 +22,7 @@ fields!(Sent { at: "sent (ns)" });
 pub struct Hop(pub u32);
 
 impl System for Hop {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         "hop"
     }
 

@@ -15,7 +15,7 @@ use crate::run::{Origin, Recording, RecordingEnd, RunResult, RunRows, RunStatus,
 pub trait Tapped: Send + Sync {
     /// Names of the numbers in a message of the topic called `topic`; `None` if it is not
     /// recorded.
-    fn fields(&self, topic: &str) -> Option<&'static [&'static str]>;
+    fn fields(&self, topic: &str) -> Option<&[String]>;
 
     /// Returns all messages of recorded topics and all ticks from now on, in a queue of `capacity`.
     fn all(&self, capacity: usize) -> Tap<RunRow>;
@@ -33,7 +33,7 @@ pub trait Tapped: Send + Sync {
 }
 
 impl Tapped for Taps {
-    fn fields(&self, topic: &str) -> Option<&'static [&'static str]> {
+    fn fields(&self, topic: &str) -> Option<&[String]> {
         let mut topics = self.topics().iter();
         topics
             .find(|known| known.name() == topic)

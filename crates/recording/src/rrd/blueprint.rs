@@ -145,8 +145,8 @@ fn layout(source: &Source, properties: &mut Properties) -> ContainerLike {
     let signals = source
         .system
         .signals()
-        .iter()
-        .map(|signal| signal_plot(&*source.system, signal, properties));
+        .into_iter()
+        .map(|signal| signal_plot(&*source.system, &signal, properties));
     let columns = [
         signals.collect(),
         plots(source, properties),
@@ -162,8 +162,8 @@ fn layout(source: &Source, properties: &mut Properties) -> ContainerLike {
 }
 
 fn signal_plot(system: &dyn System, signal: &Signal, properties: &mut Properties) -> ContainerLike {
-    let entity = signals::entity(signal.topic);
-    let only = signals::only(system.signals(), signal.topic, signal.name);
+    let entity = signals::entity(&signal.topic);
+    let only = signals::only(&system.signals(), &signal.topic, &signal.name);
     let view = TimeSeriesView::new(signals::title(signal))
         .with_origin(entity.clone())
         .with_override(entity, only.visualizer());

@@ -45,7 +45,7 @@ pub fn begin(
     blueprint::send(&rec, source)?;
     for topic in &origin.topology.topics {
         if let Some(fields) = source.taps.fields(&topic.name) {
-            let names = SeriesLines::new().with_names(fields.iter().copied());
+            let names = SeriesLines::new().with_names(fields.iter().map(String::as_str));
             rec.log_static(topic_entity(&topic.name), &names)?;
         }
     }

@@ -92,7 +92,7 @@ impl RunResult {
     pub fn new(system: &dyn System, summary: &Summary) -> Self {
         let finals = system.finals(&summary.state).into_iter().map(|figure| {
             let finite = Some(figure.value).filter(|value| value.is_finite());
-            (figure.name.to_owned(), finite)
+            (figure.name.into_owned(), finite)
         });
         Self {
             verdict: VerdictRecord {
@@ -112,13 +112,9 @@ impl VerdictRecord {
     /// name.
     pub fn verdict(&self, system: &dyn System) -> Verdict {
         /// A verdict of another system.
-        const OTHER: VerdictKind = VerdictKind {
-            name: "other",
-            lost: false,
-            text: "ended at {at}",
-        };
-        let mut kinds = system.verdicts().iter();
+        const OTHER: VerdictKind = VerdictKind::held("other", "ended at {at}");
+        let mut kinds = system.verdicts().into_iter();
         let kind = kinds.find(|kind| kind.name == self.name);
-        Verdict::new(kind.map_or(&OTHER, |kind| kind), self.at)
+        Verdict::new(kind.unwrap_or(OTHER), self.at)
     }
 }

@@ -191,7 +191,7 @@ impl DerefMut for Recording {
 struct OtherSystem;
 
 impl System for OtherSystem {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         "other"
     }
 

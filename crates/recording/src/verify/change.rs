@@ -41,7 +41,8 @@ impl Change {
         let Self { at, knobs, .. } = self;
         let before = self
             .recorded
-            .map(|verdict| in_short(&verdict))
+            .as_ref()
+            .map(in_short)
             .unwrap_or_else(|| "not lost so far".to_owned());
         match branch.map(|verdict| in_short(&verdict)) {
             Some(after) => format!("{before}; with {knobs} from {at} on: {after}"),

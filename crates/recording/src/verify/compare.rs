@@ -42,7 +42,7 @@ pub struct Gaps {
 struct RecordedSeries<'a, S> {
     name: &'a str,
     /// Names of the numbers in its messages.
-    fields: &'static [&'static str],
+    fields: Vec<String>,
     series: &'a S,
     /// Whether a row has what is in no file where all lack it.
     rare: bool,
@@ -160,14 +160,14 @@ impl Gaps {
 }
 
 impl<'a, S: Series> RecordedSeries<'a, S> {
-    fn new(name: &'a str, fields: &'static [&'static str], series: &'a S) -> Self {
+    fn new(name: &'a str, fields: &[String], series: &'a S) -> Self {
         let rare = series.rows().iter().any(|row| {
             let mut cells = row.cells().into_iter().zip(S::Row::COLUMNS);
             cells.any(|(cell, column)| column.is_rare() && cell.is_some())
         });
         Self {
             name,
-            fields,
+            fields: fields.to_vec(),
             series,
             rare,
             same: 0,
@@ -230,7 +230,10 @@ impl<'a, S: Series> RecordedSeries<'a, S> {
             let [one, other] = values(*index).map(|value| value.map(f64::to_bits));
             one != other
         })?;
-        let field = self.fields.get(index).copied().unwrap_or("a number more");
+        let field = self
+            .fields
+            .get(index)
+            .map_or("a number more", String::as_str);
         let values = values(index).map(|value| value.map_or("nothing".to_owned(), bits));
         Some(self.differs(rows[0], field, values))
     }

@@ -42,7 +42,7 @@ pub enum VerifyError {
         /// The system of the recording.
         recorded: String,
         /// That of this program.
-        known: &'static str,
+        known: String,
     },
     /// Others than its nodes wrote to its topics.
     #[error(
@@ -260,7 +260,7 @@ fn refuse_foreign(recording: &Recording, system: &Arc<dyn System>) -> Result<(),
     if !recording.is_of(&**system) {
         return Err(VerifyError::OtherSystem {
             recorded: recording.origin.system.clone(),
-            known: system.name(),
+            known: system.name().to_owned(),
         });
     }
     if let Some(knob) = recording.program_in_disguise(&**system) {

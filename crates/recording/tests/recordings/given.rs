@@ -40,7 +40,7 @@ pub fn node(name: &str) -> NodeTopology {
 struct GivenRows(Copies<RunRow>);
 
 impl Tapped for GivenRows {
-    fn fields(&self, _: &str) -> Option<&'static [&'static str]> {
+    fn fields(&self, _: &str) -> Option<&[String]> {
         None
     }
 

@@ -124,7 +124,7 @@ impl<B> System for Made<B>
 where
     B: Fn(&mut Builder<'_>) -> Result<(), BuildError> + Send + Sync + 'static,
 {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         self.0
     }
 

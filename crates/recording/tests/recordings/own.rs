@@ -45,7 +45,7 @@ impl Fields for Blink {
 }
 
 impl System for Ball {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         "ball"
     }
 
@@ -82,26 +82,26 @@ impl System for Ball {
         })
     }
 
-    fn signals(&self) -> &'static [Signal] {
-        &[Signal {
-            name: "height",
-            unit: "m",
-            topic: "/the ball/fall",
+    fn signals(&self) -> Vec<Signal> {
+        vec![Signal {
+            name: "height".into(),
+            unit: "m".into(),
+            topic: "/the ball/fall".into(),
             value: |row| row[0],
             limits: Some([0.0, 6.0]),
             range: [0.0, 6.0],
         }]
     }
 
-    fn state(&self) -> Option<&'static str> {
+    fn state(&self) -> Option<&str> {
         Some("/the ball/fall")
     }
 
     fn finals(&self, state: &[f64]) -> Vec<Final> {
         [("final_speed", state[1]), ("infinite", f64::INFINITY)]
             .map(|(name, value)| Final {
-                name,
-                unit: "m/s",
+                name: name.into(),
+                unit: "m/s".into(),
                 value,
             })
             .into()
@@ -177,7 +177,13 @@ fn a_run_of_any_system_is_read_as_it_was_and_comes_again() {
 fn a_replay_of_any_system_ends_as_its_run_did() {
     let (recording, summary) = recorded();
     let replayed = replayed_with(recording, &ball()).summary();
-    let end = |summary: &Summary| (summary.verdict, summary.sim_time, summary.state.clone());
+    let end = |summary: &Summary| {
+        (
+            summary.verdict.clone(),
+            summary.sim_time,
+            summary.state.clone(),
+        )
+    };
     assert_eq!(end(&replayed), end(&summary));
     // What is not recorded is not counted either.
     assert_eq!(traffic(&replayed)[..2], traffic(&summary)[..2]);

@@ -87,7 +87,7 @@ fn a_real_clock_run_is_replayed_and_comes_again() {
     let recording = read(&path);
     verify(&recording).expect("identical");
     let (replayed, summary) = (replayed(recording).summary(), outcome.expect("no fault"));
-    let times = |summary: &Summary| (summary.verdict, summary.sim_time, summary.wall_time);
+    let times = |summary: &Summary| (summary.verdict.clone(), summary.sim_time, summary.wall_time);
     assert_eq!(times(&replayed), times(&summary));
     let last = |summary: &Summary| (summary.state.clone(), summary.chains.clone(), summary.cost);
     assert_eq!(last(&replayed), last(&summary));

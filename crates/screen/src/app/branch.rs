@@ -65,7 +65,11 @@ impl App {
 
     /// Adds what the branch changed to `frame`, if the session is one.
     pub(super) fn follow_branch(&self, frame: &mut FrameData) {
-        let verdict = self.shown.run.summary().map(|summary| summary.verdict);
+        let verdict = self
+            .shown
+            .run
+            .summary()
+            .map(|summary| summary.verdict.clone());
         let sentence = self.left.as_ref().map(|left| left.change.sentence(verdict));
         frame.verdict.why.splice(0..0, sentence);
     }

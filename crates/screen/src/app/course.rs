@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use crossterm::event::KeyEvent;
 use ratelab::{Event, Speed, TimedKnob};
 use ratelab_experiment::Config;
-use ratelab_system::Verdict;
 
 use super::App;
 use crate::{
@@ -75,8 +74,9 @@ impl App {
     fn stage(&self) -> Option<RescueAdvice> {
         let rescue = self.course.by_hand.as_ref()?;
         let summary = self.shown.run.summary();
-        let lost = summary.map(|summary| summary.verdict);
-        Some(rescue.stage(&self.shown.events, lost.filter(Verdict::is_lost)))
+        let lost = summary.map(|summary| &summary.verdict);
+        let lost = lost.filter(|verdict| verdict.is_lost()).cloned();
+        Some(rescue.stage(&self.shown.events, lost))
     }
 
     /// Adds the control steps in `rows` to the rescue by hand, and its next step to
@@ -86,7 +86,7 @@ impl App {
             return;
         };
         let states = self.shown.run.system().state();
-        let steps = rows.iter().filter(|(topic, _)| Some(*topic) == states);
+        let steps = rows.iter().filter(|(topic, _)| Some(&**topic) == states);
         steps.for_each(|(_, rows)| rescue.add(rows));
         let advice = self.stage().map(|stage| stage.text);
         frame.verdict.why.splice(0..0, advice);

@@ -183,7 +183,10 @@ impl App {
             None => session.finish(),
         };
         self.finish_recordings();
-        let verdict = ended.as_ref().ok().map(|ended| ended.summary.verdict);
+        let verdict = ended
+            .as_ref()
+            .ok()
+            .map(|ended| ended.summary.verdict.clone());
         let change = self.left.map(|left| left.change.sentence(verdict));
         Some(LabOutcome {
             ended,

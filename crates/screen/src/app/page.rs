@@ -33,8 +33,9 @@ impl App {
             }
             OverlayContent::Explained => {
                 let mut events = self.shown.events.iter();
+                let signal = signal(self.system());
                 let about = Explained {
-                    signal: signal(self.system()).map(|signal| signal.name),
+                    signal: signal.as_ref().map(|signal| &*signal.name),
                     signal_is_push_age: signal_is_push_age(self.system()),
                     any_event: events.any(|event| event.at <= frame.now),
                 };

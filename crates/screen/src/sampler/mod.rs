@@ -107,7 +107,7 @@ impl Sampler {
             },
             state: &self.state,
             state_at: self.state_at,
-            lost: self.lost,
+            lost: self.lost.clone(),
             same: self.same(session),
         };
         let (verdict, push) = (moment.verdict(&mut self.trials), moment.push());
@@ -204,7 +204,7 @@ impl Sampler {
         let to = self.points.partition_point(|(at, _)| *at <= end);
         let last = self.last.as_ref();
         Some(SignalTrace {
-            signal: *signal(system)?,
+            signal: signal(system)?,
             points: self.points.range(from..to).copied().collect(),
             ages: if signal_is_push_age(system) {
                 Vec::new()
@@ -287,8 +287,8 @@ impl Sampler {
             system.verdict(exit, at, Some(state))
         };
         // A lost run stays lost from its first moment on.
-        let since = self.lost.unwrap_or(verdict);
-        self.lost = verdict.is_lost().then_some(since);
+        let lost = self.lost.take();
+        self.lost = verdict.is_lost().then(|| lost.unwrap_or(verdict));
         if let Some(sensed) = head.origin {
             self.push_ages.state(head.at, sensed);
         }

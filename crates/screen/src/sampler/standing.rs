@@ -41,8 +41,8 @@ pub(super) struct RunMoment<'a> {
 impl RunMoment<'_> {
     /// Returns the state of the run, and the reason for its end; `trials` tell what fixes it.
     pub fn verdict(&self, trials: &mut CureTrials) -> VerdictData {
-        let ended = self.session.summary().map(|summary| summary.verdict);
-        let Some(verdict) = ended.or(self.lost) else {
+        let ended = self.session.summary().map(|summary| &summary.verdict);
+        let Some(verdict) = ended.or(self.lost.as_ref()) else {
             return self
                 .unheard()
                 .or_else(|| self.lost_by_now())
@@ -273,7 +273,7 @@ impl RunMoment<'_> {
     /// Returns the state of a run that is going well.
     fn so_far(&self) -> String {
         match self.facts.system.verdicts().first() {
-            Some(well) if **well != VerdictKind::COMPLETED => {
+            Some(well) if *well != VerdictKind::COMPLETED => {
                 format!("{} so far", well.name.replace('_', " ").to_uppercase())
             }
             _ => "RUNNING".to_owned(),

@@ -25,7 +25,7 @@ impl Adders {
 }
 
 impl System for Adders {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         "adders"
     }
 

@@ -89,7 +89,7 @@ fn what_the_screen_advises_fixes_the_next_run() {
         let (_, advice) = advice.rsplit_once(':').expect("a key");
         press(&mut app, &format!(":{advice}\nr"));
         end(&mut app);
-        let verdict = app.shown.run.summary().expect("ended").verdict;
+        let verdict = &app.shown.run.summary().expect("ended").verdict;
         assert_eq!(verdict.name(), "balanced", "{setup:?}: {advice}");
     }
 }

@@ -60,7 +60,7 @@ pub fn broken() -> FrameData {
     action.age = quantiles(100_000, 196_000, 200_000);
     action.held = Some(Duration::from_millis(320));
     frame.latency = Some(LatencyData {
-        name: "sense→act",
+        name: "sense→act".to_owned(),
         figures: quantiles(112_000, 212_000, 216_000),
         bins: (0..24).map(|bin| u64::from(bin >= 1) * 2).collect(),
         bin: Duration::from_millis(10),
@@ -138,7 +138,7 @@ pub fn trace() -> SignalTrace {
         (time, 0.2 * (time * 4.9).exp() * 1.0_f64.min(time + 0.2))
     });
     SignalTrace {
-        signal: CartPole::default().signals()[0],
+        signal: CartPole::default().signals().remove(0),
         points: points.collect(),
         limits: age(0, 0).limits,
         ages: (0..=4)
@@ -276,7 +276,7 @@ pub fn frame_data(nodes: Vec<NodeData>, topics: Vec<TopicData>) -> FrameData {
         nodes,
         topics,
         latency: Some(LatencyData {
-            name: "sense→act",
+            name: "sense→act".to_owned(),
             figures: quantiles(20_300, 40_500, 42_900),
             bins: vec![0, 2, 41, 118, 96, 40, 17, 4, 1, 1],
             bin: Duration::from_millis(5),

@@ -24,20 +24,12 @@ fields!(Flight {
 struct Drone;
 
 impl Drone {
-    const CRASHED: VerdictKind = VerdictKind {
-        name: "crashed",
-        lost: true,
-        text: "CRASHED at {at}",
-    };
-    const FLEW: VerdictKind = VerdictKind {
-        name: "hovering",
-        lost: false,
-        text: "FLEW for {at}",
-    };
+    const CRASHED: VerdictKind = VerdictKind::lost("crashed", "CRASHED at {at}");
+    const FLEW: VerdictKind = VerdictKind::held("hovering", "FLEW for {at}");
 }
 
 impl System for Drone {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         "drone"
     }
 
@@ -70,30 +62,30 @@ impl System for Drone {
         })
     }
 
-    fn signals(&self) -> &'static [Signal] {
-        &[Signal {
-            name: "height",
-            unit: "m",
-            topic: "/flight",
+    fn signals(&self) -> Vec<Signal> {
+        vec![Signal {
+            name: "height".into(),
+            unit: "m".into(),
+            topic: "/flight".into(),
             value: |row| row[0],
             limits: Some([0.0, 4.0]),
             range: [0.0, 2.5],
         }]
     }
 
-    fn state(&self) -> Option<&'static str> {
+    fn state(&self) -> Option<&str> {
         Some("/flight")
     }
 
     fn verdict(&self, _: &ratelab::ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
         match state {
-            Some([height, _]) if *height <= 0.0 => Verdict::new(&Self::CRASHED, at),
-            _ => Verdict::new(&Self::FLEW, at),
+            Some([height, _]) if *height <= 0.0 => Verdict::new(Self::CRASHED, at),
+            _ => Verdict::new(Self::FLEW, at),
         }
     }
 
-    fn verdicts(&self) -> &'static [&'static VerdictKind] {
-        &[&Self::FLEW, &Self::CRASHED]
+    fn verdicts(&self) -> Vec<VerdictKind> {
+        vec![Self::FLEW, Self::CRASHED]
     }
 
     fn picture(&self, state: &[f64]) -> Option<Picture> {

@@ -80,7 +80,7 @@ fn said(map: &CliffMap, theme: &Theme) -> [String; 2] {
         }
     };
     let (well, runs) = map.survival(column);
-    let verdicts = map.sweep.system.verdicts().iter();
+    let verdicts = map.sweep.system.verdicts().into_iter();
     let word = verdicts
         .map(|kind| kind.name.replace('_', " "))
         .next()

@@ -184,7 +184,7 @@ fn latency_lines(
     sheet: &Sheet<'_>,
 ) -> Vec<Line<'static>> {
     let (theme, room) = (sheet.theme, sheet.width());
-    let name = plain(latency.name, theme);
+    let name = plain(&latency.name, theme);
     let begin = width(&name) + 2;
     let room_beside = room.saturating_sub(begin);
     let across = ((room_beside + LATENCY_GAP) / LATENCY_FIGURE).clamp(1, 4);

@@ -126,7 +126,7 @@ fn current(signal: &Signal, past: &[(f64, f64)], theme: &Theme) -> Span<'static>
 
 /// Returns the unit, to follow a number.
 fn unit(signal: &Signal) -> String {
-    match signal.unit {
+    match &*signal.unit {
         unit @ ("" | "°") => unit.to_owned(),
         unit => format!(" {unit}"),
     }

@@ -287,7 +287,7 @@ fn inner(block: &Block) -> Checked<InnerSpec> {
 fn chain(block: &Block, file: &GraphFile) -> Checked<ChainSpec> {
     name(&block.name)?;
     let Placed { text: name, at } = &block.name;
-    let mut names = file.chains.iter().map(|spec| spec.chain.name);
+    let mut names = file.chains.iter().map(|spec| spec.chain.name());
     if let Some(like) = names.find(|known| key(known) == key(name)) {
         let what = format!("{name:?} is too much like {like:?}: choose another name");
         return refuse(*at, what);

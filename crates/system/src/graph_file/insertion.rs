@@ -107,7 +107,7 @@ impl Fit<'_> {
     /// Checks the path of a chain where it goes through nodes of the system.
     fn chain(&self, spec: &ChainSpec, relays: &[ForwardingNode]) -> Checked {
         let is_relay = |name: &str| relays.iter().any(|relay| relay.node == name);
-        let (first, last, name) = (&spec.path[0], spec.chain.last(), spec.chain.name);
+        let (first, last, name) = (&spec.path[0], spec.chain.last(), spec.chain.name());
         if self.topology.node(last).is_some() || is_relay(last) {
             let what = format!(
                 "{name} ends at {last}, a node of the system or before one: expected another node \

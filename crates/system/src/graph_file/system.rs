@@ -11,21 +11,18 @@ use super::{
 };
 use crate::{
     About, BuildError, Builder, CHAINS, DataChain, Final, Group, PEAKS, Setup, Signal, System,
-    Verdict, VerdictKind, WorldKind, kept_kind, kept_list, kept_text,
+    Verdict, VerdictKind, WorldKind,
 };
 
 /// The system of a graph file, with another system in its middle if the file names one.
 pub struct GraphSystem {
-    name: &'static str,
     pub(super) file: GraphFile,
     pub(super) middle: Option<Middle>,
     pub(super) topology: OnceLock<Topology>,
     /// Its settings, behind the settings of the system in its middle.
     settings: Vec<Knob>,
     pub(super) chains: Vec<DataChain>,
-    signals: Vec<Signal>,
-    groups: Vec<Group>,
-    verdicts: Vec<&'static VerdictKind>,
+    verdicts: Vec<VerdictKind>,
 }
 
 impl GraphFile {
@@ -50,20 +47,21 @@ impl GraphFile {
     }
 
     /// The verdicts where all limits are kept: to the end of the run, and until it was stopped.
-    fn kept(&self) -> [&'static VerdictKind; 2] {
+    fn kept(&self) -> [VerdictKind; 2] {
         let limits = self.chains.iter().filter_map(|spec| spec.chain.within());
         let limits: Vec<String> = limits.collect();
         let limits = match &limits[..] {
             [only] => only.clone(),
             all => format!("{} chains within their limits", all.len()),
         };
+        let held = |name: &'static str, text: String| VerdictKind {
+            name: name.into(),
+            lost: false,
+            text: text.into(),
+        };
         [
-            kept_kind("kept", false, &format!("KEPT ({limits})")),
-            kept_kind(
-                "stopped",
-                false,
-                &format!("STOPPED at {{at}} (so far {limits})"),
-            ),
+            held("kept", format!("KEPT ({limits})")),
+            held("stopped", format!("STOPPED at {{at}} (so far {limits})")),
         ]
     }
 }
@@ -94,19 +92,16 @@ impl GraphSystem {
         let about = inner.map(System::about).unwrap_or_default();
         let chains: Vec<DataChain> = file.chains.iter().map(|spec| spec.chain.clone()).collect();
         let mut verdicts = match inner {
-            Some(inner) => inner.verdicts().to_vec(),
+            Some(inner) => inner.verdicts(),
             None if chains.iter().all(|chain| chain.limit.is_none()) => {
                 VerdictKind::OF_EXITS.to_vec()
             }
-            None => file.kept().to_vec(),
+            None => file.kept().into(),
         };
-        verdicts.extend(chains.iter().flat_map(DataChain::verdicts));
+        verdicts.extend(chains.iter().flat_map(DataChain::verdicts).cloned());
         let own = file.settings.iter().map(|placed| &placed.knob);
         let settings = about.settings.iter().chain(own).cloned();
         Self {
-            name: kept_text(&file.name),
-            signals: signals(file, inner),
-            groups: [about.groups, &groups(file, &chains)].concat(),
             settings: settings.collect(),
             file: file.clone(),
             middle,
@@ -119,20 +114,20 @@ impl GraphSystem {
 
 /// The plots: first of the system in the middle, then the data age of each chain.
 fn signals(file: &GraphFile, inner: Option<&dyn System>) -> Vec<Signal> {
-    let inner = inner.map_or(&[][..], System::signals).iter().copied();
+    let inner = inner.map_or_else(Vec::new, System::signals);
     let ages = file.chains.iter().zip(PEAKS).map(|(spec, value)| {
         let limit = spec.chain.limit.map(|limit| limit.ms());
         let highest = limit.map_or_else(|| usual_age(file, spec), |limit| 1.5 * limit);
         Signal {
-            name: kept_text(&format!("{} age", spec.chain.name)),
-            unit: "ms",
-            topic: CHAINS,
+            name: format!("{} age", spec.chain.name).into(),
+            unit: "ms".into(),
+            topic: CHAINS.into(),
             value,
             limits: limit.map(|limit| [0.0, limit]),
             range: [0.0, highest],
         }
     });
-    inner.chain(ages).collect()
+    inner.into_iter().chain(ages).collect()
 }
 
 /// A bound of the age along `chain` where nothing is late: the periods of its nodes (ms); 100
@@ -155,20 +150,17 @@ fn groups(file: &GraphFile, chains: &[DataChain]) -> Vec<Group> {
     let mut nodes: Vec<&str> = chains.iter().map(DataChain::last).collect();
     nodes.sort_unstable();
     nodes.dedup();
-    let ends = (nodes.len() > 1).then(|| Group {
-        name: "ends of chains",
-        nodes: kept_list(nodes),
-    });
-    let executors = file.executors.iter().map(|executor| Group {
-        name: kept_text(&format!("executor {}", executor.name)),
-        nodes: kept_list(executor.nodes.iter().map(|node| &node.text)),
+    let ends = (nodes.len() > 1).then(|| Group::new("ends of chains", nodes));
+    let executors = file.executors.iter().map(|executor| {
+        let nodes = executor.nodes.iter().map(|node| &node.text);
+        Group::new(format!("executor {}", executor.name), nodes)
     });
     ends.into_iter().chain(executors).collect()
 }
 
 impl System for GraphSystem {
-    fn name(&self) -> &'static str {
-        self.name
+    fn name(&self) -> &str {
+        &self.file.name
     }
 
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
@@ -192,7 +184,6 @@ impl System for GraphSystem {
     fn about(&self) -> About<'_> {
         let first = self.chains.first().filter(|_| self.middle.is_none());
         About {
-            groups: &self.groups,
             settings: &self.settings,
             dividers: &self.file.dividers,
             graph_file: Some(&self.file.text),
@@ -203,21 +194,29 @@ impl System for GraphSystem {
         }
     }
 
-    fn signals(&self) -> &[Signal] {
-        &self.signals
+    fn groups(&self) -> Vec<Group> {
+        let inner = self.inner().map_or_else(Vec::new, System::groups);
+        [inner, groups(&self.file, &self.chains)].concat()
     }
 
-    fn state(&self) -> Option<&'static str> {
+    fn signals(&self) -> Vec<Signal> {
+        signals(&self.file, self.inner())
+    }
+
+    fn state(&self) -> Option<&str> {
         match self.inner() {
             Some(inner) => inner.state(),
             None => (!self.chains.is_empty()).then_some(CHAINS),
         }
     }
 
-    fn latency(&self) -> Option<(&'static str, &'static str)> {
+    fn latency(&self) -> Option<(&str, &str)> {
         match self.inner() {
             Some(inner) => inner.latency(),
-            None => self.chains.first().map(|chain| (chain.last(), chain.name)),
+            None => self
+                .chains
+                .first()
+                .map(|chain| (chain.last(), chain.name())),
         }
     }
 
@@ -228,13 +227,13 @@ impl System for GraphSystem {
         let limited = self.chains.iter().any(|chain| chain.limit.is_some());
         match exit {
             _ if !limited => Verdict::from_exit(exit, at),
-            ClockExit::Completed => Verdict::new(self.verdicts[0], at),
-            _ => Verdict::new(self.verdicts[1], at),
+            ClockExit::Completed => Verdict::new(self.verdicts[0].clone(), at),
+            _ => Verdict::new(self.verdicts[1].clone(), at),
         }
     }
 
-    fn verdicts(&self) -> &[&'static VerdictKind] {
-        &self.verdicts
+    fn verdicts(&self) -> Vec<VerdictKind> {
+        self.verdicts.clone()
     }
 
     fn finals(&self, state: &[f64]) -> Vec<Final> {

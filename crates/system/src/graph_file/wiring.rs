@@ -10,12 +10,12 @@ use super::{
     graph_node::{ChainEnd, ChainEnds, GraphNode, NodeInput},
 };
 use crate::{
-    BuildError, Builder, CHAINS, ChainAges, ChainTracker, ForwardingNode, Numbers, RecordedTopics,
-    chain_fields, kept_list,
+    BuildError, Builder, CHAINS, ChainAges, ChainTracker, DataChain, ForwardingNode, Numbers,
+    RecordedTopics, chain_fields,
 };
 
 /// Name of the number in the messages of a graph file: the header stamp.
-const STAMPED: &[&str] = &["origin (ns)"];
+const STAMPED: &str = "origin (ns)";
 
 /// What the nodes share: their topics, and the ages of the chains.
 #[derive(Clone)]
@@ -32,14 +32,14 @@ impl GraphWires {
         for name in system.file.published().filter(|name| system.is_own(name)) {
             if topics.iter().all(|known| known.name() != name) {
                 let topic = builder.internal_topic(name);
-                builder.record_as(topic.clone(), STAMPED);
+                builder.record_as(topic.clone(), [STAMPED]);
                 topics.push(topic);
             }
         }
         let chains = builder.internal_topic(CHAINS);
         if !system.chains.is_empty() {
-            let names = system.chains.iter().map(|chain| chain.name);
-            builder.record_as(chains.clone(), kept_list(chain_fields(names)));
+            let names = system.chains.iter().map(DataChain::name);
+            builder.record_as(chains.clone(), chain_fields(names));
         }
         let limits = system.chains.iter();
         let limits = limits.map(|chain| chain.limit.map(|limit| limit.age));
@@ -129,22 +129,18 @@ impl GraphSystem {
     }
 
     /// The numbers and the names of the chains that end at `node`.
-    fn ends(&self, node: &NodeSpec) -> Vec<(usize, &'static str)> {
+    fn ends(&self, node: &NodeSpec) -> Vec<(usize, String)> {
         let ends = self.chains.iter().enumerate();
         let ends = ends.filter(|(_, chain)| chain.last() == node.name);
-        ends.map(|(number, chain)| (number, chain.name)).collect()
+        ends.map(|(number, chain)| (number, chain.name.clone()))
+            .collect()
     }
 }
 
 impl GraphWires {
     /// What the chains with these ends take. A system in the middle measures itself what it does:
     /// the nodes are `alone` without one.
-    fn ends(
-        &self,
-        wiring: &mut Wiring<'_>,
-        ends: &[(usize, &'static str)],
-        alone: bool,
-    ) -> ChainEnds {
+    fn ends(&self, wiring: &mut Wiring<'_>, ends: &[(usize, String)], alone: bool) -> ChainEnds {
         let chains = ends.iter().map(|(number, name)| ChainEnd {
             number: *number,
             meter: wiring.meter(name),

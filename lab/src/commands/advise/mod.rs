@@ -182,7 +182,7 @@ impl Advisor<'_> {
     /// Returns the chain whose age it is; `None` for a push.
     fn chain_of(&self, age: &RunAge) -> Option<&DataChain> {
         let mut chains = self.program.system.about().chains.iter();
-        chains.find(|chain| Some(chain.name()) == age.chain)
+        chains.find(|chain| Some(chain.name()) == age.chain.as_deref())
     }
 
     /// Returns a run with its score; `None` if it has no age, where an age is.
@@ -197,7 +197,7 @@ impl Advisor<'_> {
             });
         };
         let mut ages = summary.ages.iter();
-        let age = ages.find(|age| (age.chain, &age.node) == (aged.chain, &aged.node))?;
+        let age = ages.find(|age| (&age.chain, &age.node) == (&aged.chain, &aged.node))?;
         let (at, row, chain) = (summary.sim_time, &summary.chains, self.chain_of(aged));
         // The mean over run time is measured by the chain itself; parts are worked out afterwards.
         let mean_ms = match chain {

@@ -21,13 +21,13 @@ const PRINTED: usize = 20;
 
 /// What the advice is about.
 pub struct Subject<'a> {
-    system: &'static str,
+    system: &'a str,
     age: Option<&'a RunAge>,
 }
 
 impl<'a> Subject<'a> {
     /// Creates the advice on an `age`, or else on the overruns of the system.
-    pub fn new(program: &Program, age: Option<&'a RunAge>) -> Self {
+    pub fn new(program: &'a Program, age: Option<&'a RunAge>) -> Self {
         let system = program.system.name();
         Self { system, age }
     }
@@ -148,7 +148,7 @@ pub fn json(subject: &Subject<'_>, base: &ChangedRun, measured: &[ChangedRun]) -
         "at": subject.age.map(|age| &age.node),
         "base": object(base),
         "changes": measured.iter().map(object).collect::<Vec<_>>(),
-        "of": subject.age.map_or("overruns", |age| age.chain.unwrap_or("push")),
+        "of": subject.age.map_or("overruns", RunAge::name),
     })
 }
 

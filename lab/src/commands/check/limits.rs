@@ -49,7 +49,7 @@ pub fn compare(program: &Program, runs: &[CheckedRun]) -> Result<Results, Error>
         .map(|limit| compared(program, limit, runs));
     let limits = [Ok(verdict)].into_iter().chain(limits);
     Ok(Results {
-        graph: program.system.name(),
+        graph: program.system.name().to_owned(),
         runs: runs.len(),
         limits: limits.collect::<Result<_, _>>()?,
     })

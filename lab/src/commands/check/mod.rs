@@ -52,7 +52,7 @@ pub fn check(program: &Program, args: &CheckArgs) -> Result<(), Error> {
 fn checked(system: &dyn System, seed: u64, summary: &Summary) -> CheckedRun {
     CheckedRun {
         seed,
-        verdict: summary.verdict,
+        verdict: summary.verdict.clone(),
         without_data: summary.without_data(system),
         metrics: json::measured(system, summary),
     }

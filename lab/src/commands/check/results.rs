@@ -8,7 +8,7 @@ use crate::{error::Error, summary::text::lines};
 
 /// What the runs of a graph make of its limits.
 pub struct Results {
-    pub graph: &'static str,
+    pub graph: String,
     /// Number of runs.
     pub runs: usize,
     pub limits: Vec<LimitResult>,
@@ -82,7 +82,7 @@ impl Results {
 
     /// Returns a test for each limit, as JUnit XML.
     pub fn junit(&self) -> String {
-        let (graph, failures) = (escaped(self.graph), self.missed().count());
+        let (graph, failures) = (escaped(&self.graph), self.missed().count());
         let tests = self.limits.iter().map(|limit| {
             let name = escaped(&limit.limit);
             let failure = limit.miss(self.runs).map_or_else(String::new, |miss| {
@@ -104,7 +104,7 @@ impl Results {
         match self.missed().count() {
             0 => Ok(()),
             missed => {
-                let (graph, all) = (self.graph, self.limits.len());
+                let (graph, all) = (&self.graph, self.limits.len());
                 Err(Error::Unfinished(format!(
                     "{graph} misses {missed} of {all} limits"
                 )))

@@ -17,18 +17,15 @@ pub struct Relay {
 struct RelayedTopic {
     name: String,
     /// `None` for a topic that is not recorded.
-    fields: Option<Fields>,
+    fields: Option<Vec<String>>,
 }
-
-/// Names of the numbers in a message.
-type Fields = &'static [&'static str];
 
 impl Relay {
     /// A relay for a graph with this `topology`, of which the topics that are `known` are
     /// recorded.
     pub fn new(topology: &Topology, known: &Taps) -> Self {
         let topics = topology.topics.iter().map(|topic| RelayedTopic {
-            fields: known.fields(&topic.name),
+            fields: known.fields(&topic.name).map(<[String]>::to_vec),
             name: topic.name.clone(),
         });
         Self {
@@ -62,9 +59,9 @@ impl Relay {
 }
 
 impl Tapped for Relay {
-    fn fields(&self, topic: &str) -> Option<Fields> {
+    fn fields(&self, topic: &str) -> Option<&[String]> {
         let mut topics = self.topics.iter();
-        topics.find(|known| known.name == topic)?.fields
+        topics.find(|known| known.name == topic)?.fields.as_deref()
     }
 
     fn all(&self, capacity: usize) -> Tap<RunRow> {

@@ -20,7 +20,7 @@ pub const LATENCY: &str = "plot/latency";
 
 /// Draws latencies.
 pub struct LatencyScene {
-    meter: &'static str,
+    meter: String,
     period: Option<PeriodInForce>,
     age: PushAge,
     histogram: Histogram,
@@ -31,7 +31,7 @@ impl LatencyScene {
     pub fn new(system: &dyn System, start: &Snapshot) -> Option<Self> {
         let (_, meter) = system.latency()?;
         Some(Self {
-            meter,
+            meter: meter.to_owned(),
             period: paced_node(system).map(|node| PeriodInForce::new(node, start.period(node))),
             age: PushAge::default(),
             histogram: Histogram::default(),

@@ -65,7 +65,7 @@ impl Scene {
     pub fn begin(&mut self, stream: &BatchStream, start: &Snapshot) -> Written {
         begin_lateness(&stream.rec, start)?;
         for topic in &self.topics {
-            signals::begin(&stream.rec, self.system.signals(), topic)?;
+            signals::begin(&stream.rec, &self.system.signals(), topic)?;
         }
         if let Some(latency) = &self.latency {
             latency.begin(&stream.rec)?;
@@ -85,7 +85,7 @@ impl Scene {
         until: Time,
     ) -> Written {
         for (topic, rows) in self.topics.iter().zip(topics) {
-            signals::add(stream, self.system.signals(), topic, rows)?;
+            signals::add(stream, &self.system.signals(), topic, rows)?;
             if Some(&**topic) == self.system.state() {
                 self.picture.add(stream, rows)?;
             }

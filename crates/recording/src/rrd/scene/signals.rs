@@ -25,7 +25,7 @@ pub fn entity(topic: &str) -> EntityPath {
 pub fn title(signal: &Signal) -> String {
     let Signal { name, unit, .. } = signal;
     if unit.is_empty() {
-        (*name).to_owned()
+        name.to_string()
     } else {
         format!("{name} ({unit})")
     }

@@ -46,9 +46,9 @@ fn outcome(up: bool) -> CellResult {
     let fell = Time::from_nanos(3_580_000_000);
     let end = Config::default().end;
     let (kind, sim_time) = if up {
-        (&BALANCED, end)
+        (BALANCED, end)
     } else {
-        (&POLE_FELL, fell)
+        (POLE_FELL, fell)
     };
     CellResult {
         without_data: None,
