@@ -61,14 +61,14 @@ fn every_crate_that_a_manifest_names_has_its_reason_in_the_manual_and_no_other()
     let named: BTreeSet<_> = named.collect();
     let page = read("docs/dependencies.md");
     let (_, table) = page.split_once("## Crates\n").expect("the table");
-    let rows = table.lines().filter_map(|line| line.strip_prefix("| `"));
-    let rows = rows.filter_map(|row| row.split_once("` | ").filter(|(_, why)| why.len() > 10));
+    let rows = table.lines().filter_map(|line| line.strip_prefix("- `"));
+    let rows = rows.filter_map(|row| row.split_once("`: ").filter(|(_, why)| why.len() > 5));
     let reasons: BTreeSet<_> = rows.map(|(name, _)| name.to_owned()).collect();
     let missing: Vec<_> = named.difference(&reasons).collect();
     let stale: Vec<_> = reasons.difference(&named).collect();
     assert!(
         missing.is_empty() && stale.is_empty(),
-        "docs/dependencies.md: no row with a reason for {missing:?}; rows for nothing: {stale:?}"
+        "docs/dependencies.md: no line with a reason for {missing:?}; lines for nothing: {stale:?}"
     );
 }
 
