@@ -4,7 +4,7 @@ and the golden file that it writes.
 
 This file shares no code with the Rust crate: physics, policy and draws of the start
 come from `reference.py`, everything about time is said here a second time. It was
-written from `docs/time.md` and does not look like the crate on purpose: it has no
+written from `docs/time.md` and `README.md` here, and does not look like the crate on purpose: it has no
 queue of events, but goes from instant to instant and asks everybody.
 
     python3 tests/golden/honest.py            write the golden file

@@ -1,5 +1,5 @@
 //! Policies that answer with chunks: `tests/golden/chunks.txt` holds runs of `chunks.py`, a second
-//! implementation of every rule in `docs/slow-policies.md`.
+//! implementation of every rule in `docs/slow-policies.md` and in `tests/golden/README.md`.
 
 use std::collections::HashMap;
 

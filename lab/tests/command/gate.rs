@@ -8,12 +8,11 @@ use crate::support::{Folder, ROOT};
 
 /// The pages that a learner reads before an exercise. `docs/age.md` and `docs/theory.md`
 /// warn of their answers at the top; `docs/answers.md` is for teachers.
-const PAGES: [&str; 13] = [
+const PAGES: [&str; 12] = [
     "README.md",
     "docs/chapter.md",
     "docs/commands.md",
     "docs/concepts.md",
-    "docs/costs.md",
     "docs/faults.md",
     "docs/hunt.md",
     "docs/install.md",

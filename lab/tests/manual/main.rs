@@ -117,7 +117,6 @@ manual! {
     time: "docs/time.md",
     executors: "docs/executors.md",
     faults: "docs/faults.md",
-    costs: "docs/costs.md",
     dependencies: "docs/dependencies.md",
     network: "docs/network.md",
     ros2: "docs/ros2.md",

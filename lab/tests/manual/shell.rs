@@ -28,18 +28,14 @@ exit 125
 /// A viewer without a window.
 const VIEWER: &str = "#!/bin/sh\n[ \"$1\" != --version ] || echo \"rerun $RERUN\"\n";
 
-/// Runs the command to measure, its last argument, once.
-const HYPERFINE: &str = "#!/bin/sh\nfor command; do :; done\nexec sh -c \"$command\"\n";
-
 /// Programs allowed on a page.
-const PROGRAMS: [&str; 11] = [
+const PROGRAMS: [&str; 10] = [
     "cargo",
     "cat",
     "cp",
     "echo",
     "grep",
     "head",
-    "hyperfine",
     "mkdir",
     "ratelab",
     "sed",
@@ -86,7 +82,6 @@ impl Shell {
         symlink(RATELAB, shell.programs().join("ratelab")).expect("ratelab");
         shell.program("cargo", CARGO);
         shell.program("rerun", VIEWER);
-        shell.program("hyperfine", HYPERFINE);
         for folder in FOLDERS {
             for entry in fs::read_dir(shell.root.join(folder)).expect(folder) {
                 let name = entry.expect(folder).file_name();
