@@ -235,7 +235,7 @@ fn walks(page: &str) -> Vec<(&str, Vec<&str>)> {
     let walks = page.split("\n### ").skip(1);
     let walks = walks.map(|walk| walk.split("\n## ").next().unwrap_or_default());
     let files = |walk| {
-        let rows = str::lines(walk).filter_map(|line| line.strip_prefix("| `"));
+        let rows = str::lines(walk).filter_map(|line| line.strip_prefix("- `"));
         rows.filter_map(|row| row.split('`').next()).collect()
     };
     walks
