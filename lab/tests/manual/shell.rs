@@ -30,16 +30,7 @@ const VIEWER: &str = "#!/bin/sh\n[ \"$1\" != --version ] || echo \"rerun $RERUN\
 
 /// Programs allowed on a page.
 const PROGRAMS: [&str; 10] = [
-    "cargo",
-    "cat",
-    "cp",
-    "echo",
-    "grep",
-    "head",
-    "mkdir",
-    "ratelab",
-    "sed",
-    "tail",
+    "cargo", "cat", "cp", "echo", "grep", "head", "mkdir", "ratelab", "sed", "tail",
 ];
 
 /// Folders that commands on the pages read, without their subfolders.
