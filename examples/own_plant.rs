@@ -8,7 +8,7 @@ use ratelab::{
 };
 use ratelab_metrics::fields;
 use ratelab_system::{
-    BuildError, Builder, Picture, Shape, Signal, Style, System, Verdict, VerdictKind,
+    BuildError, Builder, Picture, Shape, Signal, SignalValue, Style, System, Verdict, VerdictKind,
 };
 
 /// Height and climb of a drone of one kilogram.
@@ -110,7 +110,7 @@ impl System for Drone {
             name: "height".into(),
             unit: "m".into(),
             topic: "/state".into(),
-            value: |state| state[0],
+            value: SignalValue::new(|state| state[0]),
             limits: Some([0.0, f64::INFINITY]),
             range: [0.0, 3.0],
         }]

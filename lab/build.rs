@@ -42,12 +42,13 @@ fn beside() {
 
 /// The sources of the program. Watching these causes no extra builds, because a change of
 /// any of them rebuilds the program anyway.
-const SOURCES: [&str; 23] = [
+const SOURCES: [&str; 24] = [
     "Cargo.toml",
     "Cargo.lock",
     "crates/metrics",
     "crates/bag",
     "crates/cart-pole",
+    "crates/plant",
     "crates/real-clock",
     "crates/recording/Cargo.toml",
     "crates/recording/src",

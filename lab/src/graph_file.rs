@@ -1,6 +1,6 @@
 //! Graph files as programs.
 
-use std::{path::Path, slice, sync::Arc};
+use std::{path::Path, sync::Arc};
 
 use ratelab_recording::with_durations;
 use ratelab_system::{
@@ -8,7 +8,7 @@ use ratelab_system::{
     graph_file::{GraphFile, GraphFileError, MOST_BYTES, changed},
 };
 
-use crate::{error::Error, output::note, program::Program};
+use crate::{error::Error, output::note, plants, program::Program};
 
 /// Returns `program` with the system of the graph file at `path`, changed by `with`, which may have
 /// its own system in the middle.
@@ -19,6 +19,10 @@ pub fn open(program: &Program, path: &Path, with: &[String]) -> Result<Program, 
     let text = file::read_text(path, MOST_BYTES as u64);
     let name = path.display().to_string();
     let graph = text.map_err(|why| Error::BadInput(format!("{name}: {why}")))?;
+    let program = Program {
+        folder: path.parent().unwrap_or(Path::new("")).to_owned(),
+        ..program.clone()
+    };
     let (program, left_out) = program.with_graph_text(&name, graph, with)?;
     if !left_out.is_empty() {
         let keys = left_out.join(", ");
@@ -66,15 +70,15 @@ impl Program {
             .map_err(wrong)?
             .map_settings(with_durations)
             .map_err(wrong)?;
-        let system = graph
-            .system(slice::from_ref(&self.built_in))
-            .map_err(wrong)?;
+        let known = plants::known(&graph, &self.folder, &self.built_in).map_err(wrong)?;
+        let system = graph.system(&known).map_err(wrong)?;
         system.check_settings().map_err(wrong)?;
         let program = Self {
             system: Arc::new(system),
             course: false,
             built_in: self.built_in.clone(),
             file: with.is_empty().then(|| name.to_owned()),
+            folder: self.folder.clone(),
         };
         Ok((program, left_out))
     }

@@ -66,6 +66,11 @@ fn values(form: Form) -> Value {
         Form::List(_) => json!({ "type": "array", "items": { "type": "string" } }),
         Form::Whole(most) => json!({ "type": "integer", "minimum": 0, "maximum": most }),
         Form::Number(most) => json!({ "type": "number", "exclusiveMinimum": 0, "maximum": most }),
+        Form::Numbers => {
+            let number = json!({ "type": "number" });
+            let list = json!({ "type": "array", "items": number });
+            json!({ "type": "object", "additionalProperties": { "anyOf": [number, list] } })
+        }
         Form::Figure => json!({ "type": "number" }),
         Form::Milliseconds => {
             json!({ "type": "number", "minimum": SHORTEST_MS, "maximum": LONGEST_MS })

@@ -57,6 +57,7 @@ mod network;
 mod options;
 mod other_runtime;
 mod output;
+mod plants;
 mod predictions;
 mod printable;
 mod program;

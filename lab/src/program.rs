@@ -1,10 +1,16 @@
 //! The system and the name of a command.
 
-use std::{env, path::Path, sync::Arc};
+use std::{
+    env,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use ratelab_system::{KnobText, System};
 
 use ratelab_recording::Recording;
+
+use crate::plants;
 
 /// The command for one system.
 #[derive(Clone)]
@@ -17,6 +23,8 @@ pub struct Program {
     pub built_in: Arc<dyn System>,
     /// The name of the graph file, as it is on the disk.
     pub file: Option<String>,
+    /// The folder of the graph file: models lie there or below.
+    pub folder: PathBuf,
 }
 
 impl Program {
@@ -27,16 +35,18 @@ impl Program {
             system,
             course,
             file: None,
+            folder: PathBuf::new(),
         }
     }
 
     /// Returns the program for `recording`: of another system if that has a graph file.
     pub fn for_recording(&self, recording: &Recording) -> Self {
-        let graph = recording.graph_system(&self.system);
+        let graph = recording.graph_system(&plants::recorded(recording, &self.built_in));
         Self {
             course: self.course && graph.is_none(),
             built_in: self.built_in.clone(),
             file: None,
+            folder: self.folder.clone(),
             system: graph.unwrap_or_else(|| self.system.clone()),
         }
     }

@@ -28,6 +28,12 @@ fn knobs(summary: &Summary) -> impl Iterator<Item = Knob> {
 
 /// Returns a description of a run's world, if it moves by itself or if a turned knob depends on it.
 pub fn world(system: &dyn System, summary: &Summary) -> Option<String> {
+    if let Some(plant) = system.about().plant {
+        return Some(format!(
+            "own: the plant moves by itself, in steps of {} ms",
+            plant.step_ms
+        ));
+    }
     match summary.config.world {
         WorldKind::Own { step_ms } => Some(format!(
             "own: the plant moves by itself, in steps of {} ms",

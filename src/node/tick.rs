@@ -149,7 +149,7 @@ impl Tick {
 
     /// Its number, counted from zero.
     #[inline]
-    pub(crate) fn number(&self) -> u64 {
+    pub fn number(&self) -> u64 {
         self.id.map_or(0, |id| id.number)
     }
 

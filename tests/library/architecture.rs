@@ -63,7 +63,7 @@ fn sources(folder: &str) -> Sources {
 }
 
 /// Every crate of the program by the folder of its sources, from the ground up.
-pub const CRATES: [&str; 13] = [
+pub const CRATES: [&str; 14] = [
     "src",
     "crates/bag/src",
     "crates/metrics/src",
@@ -72,6 +72,7 @@ pub const CRATES: [&str; 13] = [
     "crates/system/src",
     "crates/experiment/src",
     "crates/cart-pole/src",
+    "crates/plant/src",
     "crates/network/src",
     "crates/recording/src",
     "exercises/src",

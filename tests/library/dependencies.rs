@@ -125,7 +125,10 @@ fn neither_core_nor_system_nor_robot_depends_on_a_terminal_a_command_line_or_a_r
             .collect::<Vec<_>>()
     };
     assert_eq!(users_of("rerun"), ["crates/recording/src"]);
-    assert_eq!(users_of("mujoco-rs"), ["crates/cart-pole/src"]);
+    assert_eq!(
+        users_of("mujoco-rs"),
+        ["crates/cart-pole/src", "crates/plant/src"]
+    );
 }
 
 /// The packages of the resolved graph, each with those that it is built from: dependencies and build
@@ -166,7 +169,7 @@ fn resolved() -> Option<BTreeMap<String, BTreeSet<String>>> {
 }
 
 #[test]
-fn the_robot_and_the_course_are_the_only_crates_below_the_command_that_need_mujoco() {
+fn robots_and_the_course_are_the_only_crates_below_the_command_that_need_mujoco() {
     let Some(graph) = resolved() else {
         eprintln!("skipped: `cargo fetch` first");
         return;
@@ -186,7 +189,13 @@ fn the_robot_and_the_course_are_the_only_crates_below_the_command_that_need_mujo
         .map(|manifest| manifest["package"]["name"].as_str());
     let ours = ours.map(|name| name.expect("a name").to_owned());
     let need: Vec<String> = ours.filter(needs_mujoco).collect();
-    assert_eq!(need, ["ratelab-cart-pole", "exercises", "ratelab-lab"]);
+    let expected = [
+        "ratelab-cart-pole",
+        "ratelab-plant",
+        "exercises",
+        "ratelab-lab",
+    ];
+    assert_eq!(need, expected);
 }
 
 #[test]

@@ -55,6 +55,7 @@ mod malformed_weights;
 mod matches;
 mod phases;
 mod plan_bars;
+mod plants;
 mod policies;
 mod policy_files;
 mod programs;

@@ -7,8 +7,8 @@ use ratelab_experiment::Config;
 use ratelab_metrics::Fields;
 use ratelab_system::{
     About, AgeLimits, BuildError, Builder, Final, Group, KnobText, KnobTextError, Picture,
-    QuadraticCost, RunTally, Setup, Signal, System, Verdict, VerdictKind, WORLD, WorldKind,
-    overload,
+    QuadraticCost, RunTally, Setup, Signal, SignalValue, System, Verdict, VerdictKind, WORLD,
+    WorldKind, overload,
 };
 
 use super::{
@@ -267,7 +267,7 @@ impl System for CartPole {
                 name: "pole angle".into(),
                 unit: "°".into(),
                 topic: STATE.into(),
-                value: |row| pole_angle(row).to_degrees(),
+                value: SignalValue::new(|row| pole_angle(row).to_degrees()),
                 limits: Some([-LIMIT, LIMIT]),
                 range: [-14.0, 14.0],
             },
@@ -275,7 +275,7 @@ impl System for CartPole {
                 name: "cart position".into(),
                 unit: "m".into(),
                 topic: STATE.into(),
-                value: |row| row.get(3).copied().unwrap_or(f64::NAN),
+                value: SignalValue::new(|row| row.get(3).copied().unwrap_or(f64::NAN)),
                 limits: Some([-super::CART_LIMIT_M, super::CART_LIMIT_M]),
                 range: [-2.6, 2.6],
             },
@@ -283,7 +283,7 @@ impl System for CartPole {
                 name: "action".into(),
                 unit: "share of 10 N".into(),
                 topic: STATE.into(),
-                value: |row| row.get(1).copied().unwrap_or(f64::NAN),
+                value: SignalValue::new(|row| row.get(1).copied().unwrap_or(f64::NAN)),
                 limits: None,
                 range: [-1.0, 1.0],
             },

@@ -2,7 +2,9 @@
 
 use ratelab::{Knob, Time};
 
-use super::{Alias, DataChain, Divider, FigureLimit, Joints, Planning, QuadraticCost, Setup};
+use super::{
+    Alias, DataChain, Divider, FigureLimit, Joints, Planning, PlantRecord, QuadraticCost, Setup,
+};
 
 /// The description of a [`System`](super::System). Each part may be left out.
 #[derive(Clone, Copy, Debug, Default)]
@@ -29,6 +31,8 @@ pub struct About<'s> {
     pub dividers: &'s [Divider],
     /// The text of its [graph file](crate::graph_file). Recordings contain it.
     pub graph_file: Option<&'s str>,
+    /// The robot in its middle that moves by itself. Recordings contain it.
+    pub plant: Option<&'s PlantRecord>,
     /// Its chains, whose data ages are on the topic [`CHAINS`](super::CHAINS): they count in the
     /// verdict.
     pub chains: &'s [DataChain],

@@ -1,6 +1,6 @@
 //! The signals of a system, and the figures of its last state.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, fmt, sync::Arc};
 
 /// A quantity over time, from the messages of one recorded topic.
 #[derive(Clone, Debug)]
@@ -12,11 +12,35 @@ pub struct Signal {
     /// Name of the topic.
     pub topic: Cow<'static, str>,
     /// Computes the quantity from a message's [`Fields`](ratelab_metrics::Fields).
-    pub value: fn(&[f64]) -> f64,
+    pub value: SignalValue,
     /// The least and the greatest value before the run is lost, if there are limits.
     pub limits: Option<[f64; 2]>,
     /// The range of its plot in normal operation: least and greatest.
     pub range: [f64; 2],
+}
+
+/// A quantity of a message.
+#[derive(Clone)]
+pub struct SignalValue(Arc<OfRow>);
+
+type OfRow = dyn Fn(&[f64]) -> f64 + Send + Sync;
+
+impl SignalValue {
+    /// Computes the quantity by `value`.
+    pub fn new(value: impl Fn(&[f64]) -> f64 + Send + Sync + 'static) -> Self {
+        Self(Arc::new(value))
+    }
+
+    /// The quantity of the message with the numbers `row`.
+    pub fn of(&self, row: &[f64]) -> f64 {
+        (self.0)(row)
+    }
+}
+
+impl fmt::Debug for SignalValue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("SignalValue")
+    }
 }
 
 impl Signal {

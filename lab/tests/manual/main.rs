@@ -109,6 +109,7 @@ manual! {
     recordings: "docs/recordings.md",
     docs_policies: "docs/policies.md",
     graphs: "docs/graphs.md",
+    plants: "docs/plants.md",
     your_own: "docs/your-own.md",
     your_robot: "docs/your-robot.md",
     hunt: "docs/hunt.md",

@@ -34,13 +34,14 @@ const PROGRAMS: [&str; 10] = [
 ];
 
 /// Folders that commands on the pages read, without their subfolders.
-const FOLDERS: [&str; 8] = [
+const FOLDERS: [&str; 9] = [
     "docs",
     "docs/own-crate",
     "docs/own-crate/.cargo",
     "docs/recordings",
     "examples",
     "graphs",
+    "graphs/robots",
     "policies",
     "tests/fixtures/policies",
 ];

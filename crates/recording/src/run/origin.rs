@@ -4,7 +4,7 @@ use std::fmt;
 
 use ratelab::{Topology, millis};
 use ratelab_experiment::Config;
-use ratelab_system::{About, System};
+use ratelab_system::{About, PlantRecord, System};
 use serde::{Deserialize, Serialize};
 
 /// Version of what a recording holds. A reader refuses a later one.
@@ -28,6 +28,9 @@ pub struct Origin {
     /// The text of its graph file, if any; see [`About`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub graph_file: Option<String>,
+    /// The robot in the middle of that graph, if it moves by itself; see [`About::plant`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plant: Option<PlantRecord>,
     /// The configuration at the start.
     pub config: Config,
     /// The graph at the start.
@@ -71,7 +74,10 @@ impl Origin {
     /// Creates the origin of a run of `system` by this program.
     pub fn new(system: &dyn System, config: Config, topology: Topology) -> Self {
         let About {
-            engine, graph_file, ..
+            engine,
+            graph_file,
+            plant,
+            ..
         } = system.about();
         Self {
             format: FORMAT,
@@ -80,6 +86,7 @@ impl Origin {
             platform: platform(),
             system: system.name().to_owned(),
             graph_file: graph_file.map(str::to_owned),
+            plant: plant.cloned(),
             config,
             topology,
             digest: true,

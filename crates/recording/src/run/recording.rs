@@ -133,16 +133,20 @@ impl Recording {
         let Origin {
             system: name,
             graph_file,
+            plant,
             ..
         } = &self.origin;
-        name == system.name() && graph_file.as_deref() == system.about().graph_file
+        let about = system.about();
+        name == system.name()
+            && graph_file.as_deref() == about.graph_file
+            && plant.as_ref() == about.plant
     }
 
-    /// Returns the system of its graph file, which may have `system` in the middle; `None` without
-    /// an intact one.
-    pub fn graph_system(&self, system: &Arc<dyn System>) -> Option<Arc<dyn System>> {
+    /// Returns the system of its graph file, which may have one of the `known` ones in the middle;
+    /// `None` without an intact file.
+    pub fn graph_system(&self, known: &[Arc<dyn System>]) -> Option<Arc<dyn System>> {
         let graph = GraphFile::parse(self.origin.graph_file.as_ref()?).ok()?;
-        Some(Arc::new(graph.system(std::slice::from_ref(system)).ok()?))
+        Some(Arc::new(graph.system(known).ok()?))
     }
 
     /// Returns the system of the recording: `system` if it is the same, or else a placeholder with

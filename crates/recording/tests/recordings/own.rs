@@ -6,7 +6,9 @@ use ratelab::{Flow, KnobKind, Tick, TimedKnob};
 use ratelab_experiment::{Config, Experiment, Summary};
 use ratelab_metrics::{Fields, Rows, fields};
 use ratelab_recording::{Recording, RunStatus, rrd::scene::signals};
-use ratelab_system::{BuildError, Builder, Final, Picture, Shape, Signal, Style, System};
+use ratelab_system::{
+    BuildError, Builder, Final, Picture, Shape, Signal, SignalValue, Style, System,
+};
 
 use rerun::EntityPath;
 
@@ -87,7 +89,7 @@ impl System for Ball {
             name: "height".into(),
             unit: "m".into(),
             topic: "/the ball/fall".into(),
-            value: |row| row[0],
+            value: SignalValue::new(|row| row[0]),
             limits: Some([0.0, 6.0]),
             range: [0.0, 6.0],
         }]

@@ -260,7 +260,7 @@ impl Sampler {
         if let Some(signal) = signal(system).filter(|signal| signal.topic == topic) {
             let points = rows
                 .iter()
-                .map(|(head, row)| (head.at.as_secs_f64(), (signal.value)(row)));
+                .map(|(head, row)| (head.at.as_secs_f64(), signal.value.of(row)));
             self.points.extend(points);
             let old = self.points.len().saturating_sub(POINTS_KEPT);
             self.points.drain(..old);
@@ -334,7 +334,8 @@ fn wrong_stamps(setup: &Setup) -> Vec<String> {
 
 /// Returns a note on the world of `session`, where it is relevant.
 fn world(session: &dyn RunSource, setup: &Setup) -> Option<&'static str> {
-    if !session.config().world.is_course() {
+    let moves = session.system().about().plant.is_some();
+    if moves || !session.config().world.is_course() {
         return Some("world: own");
     }
     plant(session.system())?;

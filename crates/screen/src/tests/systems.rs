@@ -3,8 +3,8 @@
 use ratelab::{Flow, Tick};
 use ratelab_metrics::fields;
 use ratelab_system::{
-    BuildError, Builder, Picture, Setup as RunSetup, Shape, Signal, Style, System, Verdict,
-    VerdictKind,
+    BuildError, Builder, Picture, Setup as RunSetup, Shape, Signal, SignalValue, Style, System,
+    Verdict, VerdictKind,
 };
 
 use super::{adders::Adders, *};
@@ -67,7 +67,7 @@ impl System for Drone {
             name: "height".into(),
             unit: "m".into(),
             topic: "/flight".into(),
-            value: |row| row[0],
+            value: SignalValue::new(|row| row[0]),
             limits: Some([0.0, 4.0]),
             range: [0.0, 2.5],
         }]

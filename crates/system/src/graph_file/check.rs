@@ -11,6 +11,7 @@ use super::{
     executors,
     format::{PATH, TOPICS},
     names::{name, node_of, once, topic_name},
+    plant::{PLANT, PlantSpec},
 };
 use crate::{Bound, DataChain, Divider, FigureLimit, Limit, MAX_CHAINS, key};
 
@@ -44,10 +45,20 @@ pub(super) fn check(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
         file.settings.extend(clocks);
         file.clock_hz = block.number("rate");
     }
-    size(&file, of("chain").count())?;
     for block in of("system") {
         file.inner = Some(inner(block)?);
     }
+    for block in of(PLANT) {
+        let (plant, inner) = PlantSpec::read(block)?;
+        if file.inner.replace(inner).is_some() {
+            return refuse(
+                block.name.at,
+                "a graph has a system or a plant: leave one out",
+            );
+        }
+        file.plant = Some(plant);
+    }
+    size(&file, of("chain").count())?;
     // One without a list gets the nodes that the others leave.
     let listed = |listed: bool| of("executor").filter(move |e| e.at("nodes").is_some() == listed);
     for block in listed(true).chain(listed(false)) {
@@ -229,7 +240,7 @@ fn size(file: &GraphFile, chains: usize) -> Checked {
         )
     } else if chains > MAX_CHAINS {
         format!("{chains} chains: expected up to {MAX_CHAINS}")
-    } else if file.nodes.is_empty() {
+    } else if file.nodes.is_empty() && file.plant.is_none() {
         "the graph has no nodes: add a section such as [node.camera]".to_owned()
     } else {
         return Ok(());
@@ -273,15 +284,19 @@ fn publisher(file: &GraphFile, topic: &Placed) -> Checked {
 }
 
 fn inner(block: &Block) -> Checked<InnerSpec> {
+    Ok(InnerSpec {
+        name: block.text("name").unwrap_or(&block.name).clone(),
+        remap: remap(block)?,
+    })
+}
+
+/// Topics of a system, each with the topic that is read in its place.
+pub(super) fn remap(block: &Block) -> Checked<Vec<(Placed, Placed)>> {
     let remap = block.list("remap");
     remap.iter().try_for_each(topic_name)?;
     let pairs = remap.chunks_exact(2);
-    Ok(InnerSpec {
-        name: block.text("name").unwrap_or(&block.name).clone(),
-        remap: pairs
-            .map(|pair| (pair[0].clone(), pair[1].clone()))
-            .collect(),
-    })
+    let pairs = pairs.map(|pair| (pair[0].clone(), pair[1].clone()));
+    Ok(pairs.collect())
 }
 
 fn chain(block: &Block, file: &GraphFile) -> Checked<ChainSpec> {

@@ -320,6 +320,13 @@ fn texts(key: &FormatKey, value: ValueOf<'_>) -> Checked<Vec<Placed>> {
                 .collect::<Option<Vec<_>>>()
                 .map(|pairs| pairs.concat())
         }
+        (Form::Numbers, DeValue::Table(table)) => {
+            let pairs = in_order(table).into_iter();
+            let pairs = pairs.map(|(key, value)| Some([placed(key), numbers(value)?]));
+            pairs
+                .collect::<Option<Vec<_>>>()
+                .map(|pairs| pairs.concat())
+        }
         (_, content) => {
             let number = number(content).filter(|number| form.has(*number));
             number.map(|number| vec![Placed::new(&written(number), at)])
@@ -332,6 +339,17 @@ fn texts(key: &FormatKey, value: ValueOf<'_>) -> Checked<Vec<Placed>> {
 fn text(value: ValueOf<'_>) -> Option<Placed> {
     let text = value.get_ref().as_str()?;
     Some(Placed::new(text, value.span().start))
+}
+
+/// A number, or the numbers of a list with blanks in between.
+fn numbers(value: ValueOf<'_>) -> Option<Placed> {
+    let items = match value.get_ref() {
+        DeValue::Array(items) => items.iter().map(Spanned::get_ref).collect(),
+        one => vec![one],
+    };
+    let items = items.into_iter().map(|item| number(item).map(written));
+    let items: Vec<String> = items.collect::<Option<_>>()?;
+    Some(Placed::new(&items.join(" "), value.span().start))
 }
 
 /// A number as a person writes it: without a hundred zeros.

@@ -4,7 +4,7 @@ use ratelab::KnobKind::{
     self, Clock, Depth, Late, Link, Offset, Rate, Read, StampClock, Takes, Wakes,
 };
 
-use Form::{Figure, Knob, List, Milliseconds, Number, Remap, Text, Whole};
+use Form::{Figure, Knob, List, Milliseconds, Number, Numbers, Remap, Text, Whole};
 
 /// A kind of section, such as `[node.NAME]`.
 #[derive(Clone, Copy, Debug)]
@@ -53,6 +53,8 @@ pub enum Form {
     Milliseconds,
     /// A table from topics to topics.
     Remap,
+    /// A table from names to numbers, or to lists of numbers.
+    Numbers,
 }
 
 impl Form {
@@ -69,6 +71,7 @@ impl Form {
             Figure => "a number".to_owned(),
             Milliseconds => format!("milliseconds from {SHORTEST_MS} to {LONGEST_MS}"),
             Remap => r#"topics, such as { "/obs" = "/pose" }"#.to_owned(),
+            Numbers => "names with numbers, such as { hip = 0.2 }".to_owned(),
         }
     }
 
@@ -80,7 +83,7 @@ impl Form {
             Whole(most) => number.fract() == 0.0 && (0.0..=f64::from(most)).contains(&number),
             Number(most) => number > 0.0 && number <= most,
             Milliseconds => (SHORTEST_MS..=LONGEST_MS).contains(&number),
-            Text(_) | List(_) | Remap => false,
+            Text(_) | List(_) | Remap | Numbers => false,
         }
     }
 }
@@ -103,6 +106,12 @@ const MATCH: Form =
 
 /// Whose header stamp the messages of a node have.
 pub(super) const STAMP: Form = Text(r#""now" or a topic that it reads, such as "/image""#);
+
+/// The model of a robot.
+const MJCF: Form = Text(r#"a path in quotes, such as "hopper.xml""#);
+
+/// What a plant is controlled by.
+const POLICY: Form = Text(r#""lqr", "hold" or "zero""#);
 
 /// A kind of executor.
 const EXECUTOR: Form =
@@ -137,7 +146,7 @@ const MOST_CLOCK_HZ: f64 = 1e6;
 const MOST_PRIORITY: u32 = 1_000_000;
 
 /// All sections. The first holds the keys at the beginning of the file.
-pub const SECTIONS: [FileSection; 8] = [
+pub const SECTIONS: [FileSection; 9] = [
     FileSection {
         name: "",
         named: false,
@@ -328,5 +337,60 @@ pub const SECTIONS: [FileSection; 8] = [
         ],
         one_of: &[],
         help: "A system in the middle of the graph",
+    },
+    FileSection {
+        name: "plant",
+        named: false,
+        keys: &[
+            required(
+                "mjcf",
+                MJCF,
+                "The robot: a model of MuJoCo in the folder of the graph file or below",
+            ),
+            optional(
+                "keyframe",
+                NAME,
+                "The pose to hold: a keyframe of the model [default: the first]",
+            ),
+            optional(
+                "pose",
+                Numbers,
+                "The positions of joints in that pose (m, rad), of a free joint 7 numbers, of a ball 4",
+            ),
+            optional(
+                "limits",
+                Numbers,
+                "The greatest deviations of joints (m, rad) before the run is lost, which are weights of \
+                 lqr too; NAME.pos and NAME.rot of a free joint, \"*\" for all others, inf for \
+                 none [default: { \"*\" = 0.5 }]",
+            ),
+            optional(
+                "start",
+                Figure,
+                "The greatest speed of a coordinate at the start (m/s, rad/s) [default: 0.1]",
+            ),
+            optional(
+                "policy",
+                POLICY,
+                "lqr, made from the model; hold, the controls of the pose; or zero [default: lqr]",
+            ),
+            optional(
+                "rate",
+                Number(MOST_CLOCK_HZ),
+                "Ticks per second of sensor, policy and actuator (Hz) [default: 50]",
+            ),
+            optional(
+                "step_ms",
+                Number(100.0),
+                "Step of physics (ms) [default: as the model has it]",
+            ),
+            optional(
+                "remap",
+                Remap,
+                "Topics of the plant, each with the topic that is read in its place",
+            ),
+        ],
+        one_of: &[],
+        help: "A robot of an MJCF file in the middle of the graph: sensor, policy, actuator",
     },
 ];

@@ -50,6 +50,7 @@ mod graph_node;
 mod insertion;
 mod load;
 mod names;
+mod plant;
 mod stamp;
 mod system;
 mod wiring;
@@ -64,6 +65,7 @@ pub use change::KeyChange;
 pub use change::{ChangeError, ChangedFile, changed};
 pub use error::GraphFileError;
 use error::{GraphRefusal, Placed, holds};
+pub use plant::{PLANT, PLANT_POLICIES, PlantSpec};
 pub use system::GraphSystem;
 
 /// The longest text (bytes).
@@ -88,6 +90,8 @@ pub struct GraphFile {
     limits: Vec<FigureLimit>,
     executors: Vec<ExecutorSpec>,
     inner: Option<InnerSpec>,
+    /// The plant in its middle, if that is the system there.
+    plant: Option<PlantSpec>,
     /// The messages per second of the simulator's clock; `None` without such a clock.
     clock_hz: Option<f64>,
 }

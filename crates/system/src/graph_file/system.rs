@@ -10,8 +10,8 @@ use super::{
     insertion::{Middle, insert},
 };
 use crate::{
-    About, BuildError, Builder, CHAINS, DataChain, Final, Group, PEAKS, Setup, Signal, System,
-    Verdict, VerdictKind, WorldKind,
+    About, BuildError, Builder, CHAINS, DataChain, Final, Group, PEAKS, Setup, Signal, SignalValue,
+    System, Verdict, VerdictKind, WorldKind,
 };
 
 /// The system of a graph file, with another system in its middle if the file names one.
@@ -122,7 +122,7 @@ fn signals(file: &GraphFile, inner: Option<&dyn System>) -> Vec<Signal> {
             name: format!("{} age", spec.chain.name).into(),
             unit: "ms".into(),
             topic: CHAINS.into(),
-            value,
+            value: SignalValue::new(value),
             limits: limit.map(|limit| [0.0, limit]),
             range: [0.0, highest],
         }
@@ -253,6 +253,9 @@ impl System for GraphSystem {
 
     fn warnings(&self, setup: &Setup) -> Vec<String> {
         let mut warnings = self.overloads(setup);
+        if let Some(plant) = self.inner().filter(|inner| inner.about().plant.is_some()) {
+            warnings.extend(plant.warnings(setup));
+        }
         warnings.extend(self.file.dead_circles());
         warnings.extend(self.clock_warnings(setup));
         warnings.extend(self.file.idle_settings());

@@ -1,0 +1,48 @@
+//! What is wrong with a plant.
+
+use ratelab::alternatives;
+use ratelab_system::graph_file::PLANT_POLICIES;
+use thiserror::Error;
+
+use crate::model_error::RobotModelError;
+
+/// What is wrong with a plant, and in which key.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{what}")]
+pub struct PlantDefect {
+    /// The key.
+    pub key: &'static str,
+    /// The reason, with what to try.
+    pub what: String,
+}
+
+impl PlantDefect {
+    pub(crate) fn new(key: &'static str, what: impl Into<String>) -> Self {
+        let what = what.into();
+        Self { key, what }
+    }
+
+    /// A name that is none of the known ones.
+    pub(crate) fn unknown(key: &'static str, no: &str, name: &str, known: &[&str]) -> Self {
+        let there = match known {
+            [] => "there are none".to_owned(),
+            known => format!("there are {}", known.join(", ")),
+        };
+        Self::new(key, format!("no {no} {name:?}: {there}"))
+    }
+
+    /// A policy that does not exist.
+    pub(crate) fn policy(name: &str) -> Self {
+        let known = alternatives(&PLANT_POLICIES);
+        Self::new(
+            "policy",
+            format!("{name:?} is not a policy of a plant: expected {known}"),
+        )
+    }
+}
+
+impl From<RobotModelError> for PlantDefect {
+    fn from(error: RobotModelError) -> Self {
+        Self::new("mjcf", error.to_string())
+    }
+}

@@ -1,0 +1,42 @@
+//! Any robot of an MJCF file as a plant.
+//!
+//! ```text
+//! MJCF ──► RobotModel ──► equilibrium ──► linear model ──► gains, theory
+//!                              │                             │
+//!                              └────────► RobotPlant ◄───────┘
+//! ```
+//!
+//! The robot moves by itself, at the equilibrium next to a pose, and is held there by a controller that
+//! is made from its model: sensor, policy and actuator around it make a [`System`](ratelab_system::System).
+//!
+//! Stands on `ratelab`, `ratelab-metrics` and `ratelab-system`; begin with [`RobotPlant`].
+
+#![warn(clippy::print_stderr, clippy::print_stdout)]
+
+mod defect;
+mod files;
+mod gains;
+mod linear;
+mod model;
+mod model_error;
+mod nodes;
+mod reference;
+mod robot;
+mod rounding;
+mod system;
+mod theory;
+mod world;
+
+use std::sync::Arc;
+
+use mujoco_rs::prelude::{MjData, MjModel};
+
+pub use defect::PlantDefect;
+pub use linear::LinearRobot;
+pub use model::RobotModel;
+pub use model_error::RobotModelError;
+pub use system::RobotPlant;
+pub use theory::BearableDelay;
+
+/// The state of a robot in MuJoCo.
+pub(crate) type BodyData = MjData<Arc<MjModel>>;

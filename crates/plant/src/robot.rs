@@ -1,0 +1,279 @@
+//! A robot with its reference, its controller and its limits: what all runs of a plant share.
+
+use std::sync::Arc;
+
+use mujoco_rs::prelude::{MjData, MjtObjBase};
+use nalgebra::DMatrix;
+use ratelab::{Chance, Hz};
+use ratelab_system::{PlantRecord, graph_file::PlantSpec};
+
+use crate::{
+    BodyData, PlantDefect,
+    gains::gains,
+    linear::LinearRobot,
+    model::RobotModel,
+    model_error::RobotModelError,
+    reference::{Reference, found},
+};
+
+/// The size of a position or a speed from which a run is lost, whatever its limits.
+const FINITE: f64 = 1e10;
+
+/// The distance from the end of its range at which a joint counts as being there (m, rad).
+const NEAR_THE_END: f64 = 0.01;
+
+/// A robot with its reference and its limits.
+pub struct Robot {
+    pub(crate) model: RobotModel,
+    /// The equilibrium that runs begin at.
+    pub(crate) at: Reference,
+    pub(crate) limits: Vec<f64>,
+    /// Half of the range of each control.
+    pub(crate) half: Vec<f64>,
+    /// The greatest speed of a coordinate at the start.
+    start: f64,
+    pub(crate) spec: PlantSpec,
+    /// One step of physics near the reference.
+    pub(crate) linear: LinearRobot,
+    /// What a recording keeps.
+    pub(crate) record: PlantRecord,
+}
+
+impl Robot {
+    /// Finds the equilibrium of `model` next to the pose in `spec`.
+    ///
+    /// # Errors
+    /// [`PlantDefect`] for unknown names, and where nothing holds the pose.
+    pub(crate) fn new(model: RobotModel, spec: &PlantSpec) -> Result<Self, PlantDefect> {
+        let at = found(&model, &given(&model, spec)?)?;
+        Self::at(model, spec, at)
+    }
+
+    /// Returns the robot of a recording.
+    ///
+    /// # Errors
+    /// [`PlantDefect`] for a damaged record.
+    pub(crate) fn recorded(record: &PlantRecord, spec: &PlantSpec) -> Result<Self, PlantDefect> {
+        let model = RobotModel::from_text(&record.model)?;
+        let [positions, _, activations, controls] = model.sizes();
+        let at = Reference {
+            positions: record.positions.clone(),
+            controls: record.controls.clone(),
+            activations: record.activations.clone(),
+        };
+        let sizes = [&at.positions, &at.controls, &at.activations].map(Vec::len);
+        if sizes != [positions, controls, activations] {
+            return Err(RobotModelError::Damaged.into());
+        }
+        Self::at(model, spec, at)
+    }
+
+    fn at(model: RobotModel, spec: &PlantSpec, at: Reference) -> Result<Self, PlantDefect> {
+        let groups = model.groups();
+        let known = |name: &str| name == "*" || groups.contains(&name);
+        if let Some((name, _)) = spec.limits.iter().find(|(name, _)| !known(name)) {
+            return Err(PlantDefect::unknown("limits", "joint", name, &groups));
+        }
+        let limits = model.coordinates.iter().map(|group| spec.limit(group));
+        Ok(Self {
+            limits: limits.collect(),
+            half: model.half_ranges(),
+            start: spec.start,
+            linear: LinearRobot::step(&model, &at)?,
+            record: PlantRecord {
+                step_ms: model.step_ns as f64 / 1e6,
+                model: model.text().to_owned(),
+                positions: at.positions.clone(),
+                controls: at.controls.clone(),
+                activations: at.activations.clone(),
+            },
+            spec: spec.clone(),
+            model,
+            at,
+        })
+    }
+
+    /// The number of whole steps of physics that is nearest to a period, at least one.
+    pub(crate) fn steps_in(&self, hz: Hz) -> u64 {
+        let period = hz.period().as_nanos() as f64;
+        let steps = (period / self.model.step_ns as f64).round_ties_even();
+        steps.max(1.0) as u64
+    }
+
+    /// The gains of the controller for a policy at `hz`; `None` where they cannot be computed.
+    pub(crate) fn gains(&self, hz: Hz) -> Option<DMatrix<f64>> {
+        // The result of `powf` in the C library matches the compiler's constant folding.
+        let weight = |limit: &f64| limit.powf(-2.0);
+        let mut q: Vec<f64> = self.limits.iter().map(weight).collect();
+        q.resize(self.linear.a.nrows(), 0.0);
+        let r: Vec<f64> = self.half.iter().map(weight).collect();
+        let period = self.linear.times(self.steps_in(hz));
+        gains(&period, [&q, &r], hz.period().as_secs_f64())
+    }
+
+    /// The joints that are at the end of their range in the reference.
+    pub(crate) fn at_the_end(&self) -> Vec<&str> {
+        let mujoco = &self.model.mujoco;
+        let ranges = mujoco.jnt_limited().iter().zip(mujoco.jnt_range());
+        let joints = self.model.joints.iter().zip(ranges);
+        let at_end = joints.filter(|(joint, (limited, range))| {
+            let here = self.at.positions[joint.position];
+            joint.numbers() == [1, 1]
+                && **limited
+                && range.iter().any(|end| (here - end).abs() < NEAR_THE_END)
+        });
+        at_end.map(|(joint, _)| &*joint.name).collect()
+    }
+
+    /// The name of a coordinate, with its number in its group.
+    pub(crate) fn coordinate(&self, index: usize) -> String {
+        let group = &self.model.coordinates[index];
+        let mut others = self.model.coordinates.iter();
+        let first = others.position(|other| other == group).unwrap_or(index);
+        let is_alone = self.model.coordinates.get(first + 1) != Some(group);
+        if is_alone {
+            group.clone()
+        } else {
+            format!("{group} {}", index - first + 1)
+        }
+    }
+
+    /// Whether contacts hold the robot in its reference: in a run they may open.
+    pub(crate) fn is_touching(&self) -> bool {
+        let has_free = self
+            .model
+            .joints
+            .iter()
+            .any(|joint| joint.numbers() == [7, 6]);
+        has_free
+            && self.begin(0).is_ok_and(|mut data| {
+                data.forward();
+                data.contact().iter().any(|contact| contact.dist <= 0.0)
+            })
+    }
+
+    /// Places the robot at the start for `seed`.
+    pub(crate) fn begin(&self, seed: u64) -> Result<BodyData, RobotModelError> {
+        let data = MjData::try_new(self.model.mujoco.clone());
+        let mut data = data.map_err(|error| RobotModelError::Mujoco(error.to_string()))?;
+        self.at.put_into(&mut data);
+        let chance = Chance {
+            seed,
+            what: "start",
+            name: "plant",
+        };
+        let spread = self.start;
+        for (index, speed) in data.qvel_mut().iter_mut().enumerate() {
+            *speed = -spread + (spread - -spread) * chance.uniform(index);
+        }
+        Ok(data)
+    }
+
+    /// The deviation of a state from the reference: coordinates, speeds, activations. `None` for
+    /// another number of positions, speeds and activations.
+    pub(crate) fn deviation(&self, state: &[f64]) -> Option<Vec<f64>> {
+        let [positions, coordinates, activations, _] = self.model.sizes();
+        let (places, rest) = state.split_at_checked(positions)?;
+        let (speeds, rest) = rest.split_at_checked(coordinates)?;
+        let active = rest.get(..activations)?;
+        let mujoco = &self.model.mujoco;
+        let mut deviation = mujoco
+            .differentiate_pos(1.0, &self.at.positions, places)
+            .into_vec();
+        deviation.extend(speeds);
+        let pairs = active.iter().zip(&self.at.activations);
+        deviation.extend(pairs.map(|(active, at)| active - at));
+        Some(deviation)
+    }
+
+    /// Why a state loses the run, if it does.
+    pub(crate) fn loss(&self, state: &[f64]) -> Option<LossCause> {
+        let [positions, coordinates, ..] = self.model.sizes();
+        let mut moving = state.iter().take(positions + coordinates);
+        if !moving.all(|number| number.abs() < FINITE) {
+            return Some(LossCause::NotFinite);
+        }
+        let deviation = self.deviation(state)?;
+        let beyond = |(x, limit): (&f64, &f64)| x.abs() > *limit;
+        let first = deviation.iter().zip(&self.limits).position(beyond);
+        first.map(LossCause::Coordinate)
+    }
+
+    /// What a row of `/state` costs: squares of deviations and controls, over their limits.
+    pub(crate) fn cost(&self, row: &[f64]) -> Option<f64> {
+        let (controls, state) = row.split_at_checked(self.half.len())?;
+        let deviation = self.deviation(state)?;
+        let mut sum = 0.0;
+        for (x, limit) in deviation.iter().zip(&self.limits) {
+            let share = x / limit;
+            sum += share * share;
+        }
+        for ((control, at), half) in controls.iter().zip(&self.at.controls).zip(&self.half) {
+            let share = (control - at) / half;
+            sum += share * share;
+        }
+        Some(sum)
+    }
+}
+
+/// Why a run is lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LossCause {
+    /// A number grew beyond all bounds.
+    NotFinite,
+    /// The coordinate with this index went beyond its limit.
+    Coordinate(usize),
+}
+
+/// The pose as the file gives it, with the controls there.
+fn given(model: &RobotModel, spec: &PlantSpec) -> Result<Reference, PlantDefect> {
+    let [positions, _, activations, controls] = model.sizes();
+    let mujoco = &model.mujoco;
+    let count = mujoco.ffi().nkey as usize;
+    let names = (0..count).map(|key| mujoco.id_to_name(MjtObjBase::mjOBJ_KEY, key));
+    let names: Vec<&str> = names.map(Option::unwrap_or_default).collect();
+    let key = match &spec.keyframe {
+        None => (count > 0).then_some(0),
+        Some(name) => match names.iter().position(|known| known == name) {
+            None => return Err(PlantDefect::unknown("keyframe", "keyframe", name, &names)),
+            known => known,
+        },
+    };
+    let of_key = |all: &[f64], size: usize| {
+        let rows = key.and_then(|key| all.get(key * size..(key + 1) * size));
+        rows.map(<[f64]>::to_vec)
+    };
+    let mut given = Reference {
+        positions: of_key(mujoco.key_qpos(), positions).unwrap_or_else(|| mujoco.qpos0().to_vec()),
+        activations: of_key(mujoco.key_act(), activations).unwrap_or(vec![0.0; activations]),
+        controls: of_key(mujoco.key_ctrl(), controls).unwrap_or(vec![0.0; controls]),
+    };
+    if given.controls.iter().all(|control| *control == 0.0) {
+        for (index, control) in given.controls.iter_mut().enumerate() {
+            *control = model
+                .range(index)
+                .map_or(0.0, |[low, high]| (low + high) / 2.0);
+        }
+    }
+    for (name, numbers) in &spec.pose {
+        let Some(joint) = model.joints.iter().find(|joint| joint.name == *name) else {
+            let names: Vec<&str> = model.joints.iter().map(|joint| &*joint.name).collect();
+            return Err(PlantDefect::unknown("pose", "joint", name, &names));
+        };
+        let [size, _] = joint.numbers();
+        if numbers.len() != size || !numbers.iter().all(|number| number.abs() < FINITE) {
+            let what = if size == 1 {
+                "one number"
+            } else {
+                &format!("{size} numbers")
+            };
+            return Err(PlantDefect::new("pose", format!("{name}: {what} expected")));
+        }
+        given.positions[joint.position..joint.position + size].copy_from_slice(numbers);
+    }
+    mujoco.normalize_quat(&mut given.positions);
+    Ok(given)
+}
+
+/// A robot that all runs share.
+pub(crate) type SharedRobot = Arc<Robot>;

@@ -1,0 +1,169 @@
+//! What linear theory says of a constant delay.
+
+use nalgebra::{Complex, ComplexField, DMatrix, DVector, Schur};
+
+use crate::robot::Robot;
+
+/// The growth of deviations that still counts as none (1/s).
+const STEADY: f64 = 0.02;
+
+/// The longest delay that is looked at (ms).
+const LONGEST_MS: u64 = 1000;
+
+/// A mode shrinks by less than this where nothing holds it: one per cent a second.
+const HELD: f64 = -0.010_050_335_853_501_45;
+
+/// The smallest part of a mode on a coordinate, beside its greatest, that counts.
+const PART: f64 = 1e-7;
+
+/// The greatest constant delay of controls that linear theory allows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BearableDelay {
+    /// Deviations grow without any delay.
+    None,
+    /// So many whole milliseconds.
+    Ms(u64),
+    /// Whatever the delay, up to a second at least.
+    Any,
+}
+
+/// A mode of the closed loop: how fast it grows, and what moves in it.
+struct LoopMode {
+    /// Growth (1/s); negative if it shrinks.
+    growth: f64,
+    value: Complex<f64>,
+}
+
+/// The closed loop with a constant delay, over one period of the policy.
+struct DelayedLoop<'r> {
+    robot: &'r Robot,
+    matrix: DMatrix<f64>,
+    period_s: f64,
+}
+
+impl Robot {
+    /// Returns the greatest constant delay that deviations do not grow with, under these gains for
+    /// decisions every `period_s`.
+    pub(crate) fn bearable(&self, gains: &DMatrix<f64>, period_s: f64) -> BearableDelay {
+        let mut steps = None;
+        for ms in 0..=LONGEST_MS {
+            let late = (ms * 1_000_000).div_ceil(self.model.step_ns);
+            if steps == Some(late) {
+                continue;
+            }
+            steps = Some(late);
+            if self.delayed(gains, period_s, late).grows() {
+                return ms
+                    .checked_sub(1)
+                    .map_or(BearableDelay::None, BearableDelay::Ms);
+            }
+        }
+        BearableDelay::Any
+    }
+
+    /// Returns the coordinates that nothing holds, by their indices.
+    pub(crate) fn free_coordinates(&self, gains: &DMatrix<f64>, period_s: f64) -> Vec<usize> {
+        let here = self.delayed(gains, period_s, 0);
+        let modes = here.modes(HELD).into_iter();
+        let mut free: Vec<usize> = modes
+            .filter_map(|mode| {
+                let shape = here.shape(mode.value)?;
+                let of_coordinates = shape.iter().take(self.limits.len()).enumerate();
+                let (index, _) = of_coordinates.max_by(|(_, a), (_, b)| a.total_cmp(b))?;
+                Some(index)
+            })
+            .collect();
+        free.sort_unstable();
+        free.dedup();
+        free
+    }
+
+    /// The loop with controls that are `late` steps of physics late.
+    fn delayed(&self, gains: &DMatrix<f64>, period_s: f64, late: u64) -> DelayedLoop<'_> {
+        let steps = (period_s * 1e9 / self.model.step_ns as f64)
+            .round_ties_even()
+            .max(1.0) as u64;
+        let (periods, rest) = (late / steps, late % steps);
+        let (before, after) = (self.linear.times(rest), self.linear.times(steps - rest));
+        let (states, controls) = (self.linear.a.nrows(), self.linear.b.ncols());
+        let held = periods as usize + 1;
+        let size = states + held * controls;
+        let mut matrix = DMatrix::zeros(size, size);
+        let shape = (states, controls);
+        let mut of_state = &after.a * &before.a;
+        let older = &after.a * &before.b;
+        // The controls that begin in this period are as old as the delay says.
+        if periods == 0 {
+            of_state -= &after.b * gains;
+        } else {
+            let place = states + (held - 2) * controls;
+            matrix.view_mut((0, place), shape).copy_from(&after.b);
+        }
+        matrix
+            .view_mut((0, 0), (states, states))
+            .copy_from(&of_state);
+        let place = states + (held - 1) * controls;
+        matrix.view_mut((0, place), shape).copy_from(&older);
+        matrix
+            .view_mut((states, 0), (controls, states))
+            .copy_from(&-gains);
+        for index in states + controls..size {
+            matrix[(index, index - controls)] = 1.0;
+        }
+        DelayedLoop {
+            robot: self,
+            matrix,
+            period_s,
+        }
+    }
+}
+
+impl DelayedLoop<'_> {
+    /// Whether a deviation grows that is seen on a coordinate with a limit.
+    fn grows(&self) -> bool {
+        self.modes(STEADY).into_iter().any(|mode| {
+            let seen = self.shape(mode.value).is_some_and(|shape| {
+                let limits = self.robot.limits.iter();
+                let limited = limits
+                    .zip(shape.iter())
+                    .filter(|(limit, _)| limit.is_finite());
+                limited.map(|(_, part)| *part).fold(0.0, f64::max) > PART * shape.amax()
+            });
+            seen && mode.growth > STEADY
+        })
+    }
+
+    /// The modes that grow faster than `growth`, those above the real axis only.
+    fn modes(&self, growth: f64) -> Vec<LoopMode> {
+        let schur = Schur::try_new(self.matrix.clone(), f64::EPSILON, 10_000);
+        let values = schur.map(|schur| schur.complex_eigenvalues());
+        let values =
+            values.unwrap_or_else(|| DVector::from_element(1, Complex::new(f64::INFINITY, 0.0)));
+        let modes = values
+            .iter()
+            .filter(|value| value.im >= 0.0)
+            .map(|value| LoopMode {
+                growth: value.modulus().ln() / self.period_s,
+                value: *value,
+            });
+        modes.filter(|mode| mode.growth > growth).collect()
+    }
+
+    /// How much of each number is in the mode of this eigenvalue; `None` for one that is not finite.
+    fn shape(&self, value: Complex<f64>) -> Option<DVector<f64>> {
+        let size = self.matrix.nrows();
+        let near = value + Complex::new(1e-9, 1e-10) * value.modulus().max(1.0);
+        let shifted = self.matrix.map(|entry| Complex::new(entry, 0.0));
+        let shifted = shifted - DMatrix::from_diagonal_element(size, size, near);
+        let lu = shifted.lu();
+        // Inverse iteration, from a start that is in no mode by chance.
+        let mut shape = DVector::from_fn(size, |row, _| Complex::new(1.0 + 0.01 * row as f64, 0.0));
+        for _ in 0..3 {
+            shape = lu.solve(&shape)?;
+            let norm = shape.norm();
+            shape /= Complex::new(norm, 0.0);
+        }
+        let shape = shape.map(ComplexField::modulus);
+        shape.iter().all(|part| part.is_finite()).then_some(shape)
+    }
+}

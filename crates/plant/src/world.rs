@@ -1,0 +1,117 @@
+//! A robot that moves by itself.
+
+use std::sync::Arc;
+
+use ratelab::{Flow, Message, Publisher, Tick, Time};
+use ratelab_metrics::Fields;
+use ratelab_system::World;
+
+use crate::{BodyData, model_error::RobotModelError, robot::SharedRobot};
+
+/// The interval at which it is judged whether a run is lost (ns).
+pub(crate) const JUDGED_NS: u64 = 20_000_000;
+
+/// The numbers of a message: a reading, controls, or a state.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct RobotRow(pub(crate) Arc<[f64]>);
+
+impl Fields for RobotRow {
+    /// They differ from robot to robot.
+    const FIELDS: &'static [&'static str] = &[];
+
+    fn append_to(&self, row: &mut Vec<f64>) {
+        row.extend(&*self.0);
+    }
+
+    fn from_row(row: &[f64]) -> Option<Self> {
+        Some(Self(row.into()))
+    }
+}
+
+/// A robot that moves by itself in steps of physics. Its state at run time t is the state after
+/// all steps that have ended by t.
+pub(crate) struct FreeRobot {
+    robot: SharedRobot,
+    data: BodyData,
+    steps: u64,
+    /// Input of the next step.
+    input: Arc<[f64]>,
+    /// Input of the steps after it, if it came after the next step had begun.
+    later: Option<Arc<[f64]>>,
+    /// Input of the last step that has ended.
+    taken: Arc<[f64]>,
+    /// Run time of the sensing behind the controls in force.
+    sensed: Option<Time>,
+}
+
+impl FreeRobot {
+    /// Places `robot` at the start for `seed`.
+    pub(crate) fn new(robot: SharedRobot, seed: u64) -> Result<Self, RobotModelError> {
+        let controls: Arc<[f64]> = robot.at.controls.as_slice().into();
+        Ok(Self {
+            data: robot.begin(seed)?,
+            robot,
+            steps: 0,
+            input: controls.clone(),
+            later: None,
+            taken: controls,
+            sensed: None,
+        })
+    }
+
+    /// Positions, speeds and activations.
+    pub(crate) fn state(&self) -> Vec<f64> {
+        let data = &self.data;
+        [data.qpos(), data.qvel(), data.act()].concat()
+    }
+
+    /// Applies controls at run time `now`: steps that begin then or later have them.
+    pub(crate) fn push(&mut self, now: Time, command: &Message<RobotRow>) {
+        let mut controls = command.data.0.to_vec();
+        self.robot.model.clip(&mut controls);
+        self.sensed = command.origin;
+        if self.steps.saturating_mul(self.robot.model.step_ns) >= now.as_nanos() {
+            (self.input, self.later) = (controls.into(), None);
+        } else {
+            self.later = Some(controls.into());
+        }
+    }
+
+    /// Publishes the state, and ends the run if it is lost.
+    pub(crate) fn judge(&self, tick: &mut Tick, states: &Publisher<RobotRow>) -> Flow {
+        let state = self.state();
+        if tick.now() > Time::ZERO {
+            let row = [&*self.taken, &state].concat();
+            tick.publish_stamped(states, RobotRow(row.into()), self.sensed);
+        }
+        match self.robot.loss(&state) {
+            Some(_) => Flow::End,
+            None => Flow::Continue,
+        }
+    }
+
+    fn integrate(&mut self, steps: u64) {
+        self.data.ctrl_mut().copy_from_slice(&self.input);
+        for _ in 0..steps {
+            self.data.step();
+        }
+        self.taken = self.input.clone();
+        self.steps += steps;
+    }
+}
+
+impl World for FreeRobot {
+    fn advance_to(&mut self, now: Time) {
+        let steps = now.as_nanos() / self.robot.model.step_ns;
+        if steps <= self.steps {
+            return;
+        }
+        if let Some(later) = self.later.take() {
+            self.integrate(1);
+            self.input = later;
+        }
+        if steps > self.steps {
+            self.integrate(steps - self.steps);
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! The plant in a graph file: a robot of an MJCF file.
+
+use ratelab::Hz;
+
+use super::{
+    GraphFile, GraphFileError, InnerSpec,
+    document::Block,
+    error::{Checked, GraphRefusal, Placed, refuse, unknown},
+};
+
+/// Name of the section, and of the system that it stands for.
+pub const PLANT: &str = "plant";
+
+/// The policies of a plant.
+pub const PLANT_POLICIES: [&str; 3] = ["lqr", "hold", "zero"];
+
+/// The limit of a coordinate (m, rad), unless another one is given.
+const LIMIT: f64 = 0.5;
+
+/// The greatest speed of a coordinate at the start (m/s, rad/s), unless another one is given.
+const START: f64 = 0.1;
+
+/// The rate of its nodes (Hz), unless another one is given.
+const RATE_HZ: f64 = 50.0;
+
+/// A robot of an MJCF file, with its settings.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlantSpec {
+    /// The path of the model, from the folder of the graph file.
+    pub mjcf: String,
+    /// Name of the keyframe with the pose; the first one if it is `None`.
+    pub keyframe: Option<String>,
+    /// Joints with their positions, which replace the ones of the keyframe.
+    pub pose: Vec<(String, Vec<f64>)>,
+    /// Groups of coordinates with their greatest deviations; `*` is all others.
+    pub limits: Vec<(String, f64)>,
+    /// The greatest speed of a coordinate at the start (m/s, rad/s).
+    pub start: f64,
+    /// Name of the policy.
+    pub policy: String,
+    /// The rate of sensor, policy and actuator.
+    pub rate: Hz,
+    /// Step of physics (ns), if it is not the model's.
+    pub step_ns: Option<u64>,
+    /// The keys with their places in the file, for errors.
+    places: Vec<(&'static str, usize)>,
+    at: usize,
+}
+
+impl PlantSpec {
+    /// Reads the section; the system in the middle is then the plant.
+    pub(super) fn read(block: &Block) -> Checked<(Self, InnerSpec)> {
+        let text = |key| block.text(key).map(|placed| placed.text.clone());
+        let at = block.name.at;
+        let policy = block.text("policy");
+        if let Some(policy) = policy.filter(|name| !PLANT_POLICIES.contains(&&*name.text)) {
+            return unknown("no policy", policy, PLANT_POLICIES.into_iter());
+        }
+        let start = block.text("start").map(|start| (number(start), start.at));
+        if let Some((_, at)) = start.filter(|(start, _)| !(0.0..f64::INFINITY).contains(start)) {
+            return refuse(at, "start: expected 0 or more (m/s, rad/s)");
+        }
+        let keys = [
+            "mjcf", "keyframe", "pose", "limits", "start", "policy", "rate", "step_ms",
+        ];
+        let places = keys
+            .into_iter()
+            .filter_map(|key| Some((key, block.at(key)?)));
+        let spec = Self {
+            mjcf: text("mjcf").unwrap_or_default(),
+            keyframe: text("keyframe"),
+            pose: numbers(block, "pose"),
+            limits: limits(block)?,
+            start: start.map_or(START, |(start, _)| start),
+            policy: policy
+                .map_or(PLANT_POLICIES[0], |policy| &policy.text)
+                .to_owned(),
+            rate: rate(block)?,
+            step_ns: step(block)?,
+            places: places.collect(),
+            at,
+        };
+        let inner = InnerSpec {
+            name: Placed::new(PLANT, at),
+            remap: super::check::remap(block)?,
+        };
+        Ok((spec, inner))
+    }
+
+    /// The limit of a group of coordinates.
+    pub fn limit(&self, group: &str) -> f64 {
+        let of = |name| self.limits.iter().find(|(known, _)| known == name);
+        of(group)
+            .or_else(|| of("*"))
+            .map_or(LIMIT, |(_, limit)| *limit)
+    }
+}
+
+impl GraphFile {
+    /// Its plant, if it has one.
+    pub fn plant(&self) -> Option<&PlantSpec> {
+        self.plant.as_ref()
+    }
+
+    /// An error in the value that `key` of its plant has.
+    pub fn plant_error(&self, key: &str, what: impl Into<String>) -> GraphFileError {
+        let plant = self.plant.as_ref();
+        let at = plant.map_or(0, |plant| {
+            let place = plant.places.iter().find(|(known, _)| *known == key);
+            place.map_or(plant.at, |(_, at)| *at)
+        });
+        GraphRefusal::new(at, what).in_text(&self.text)
+    }
+}
+
+fn number(text: &Placed) -> f64 {
+    text.text.parse().unwrap_or(f64::NAN)
+}
+
+/// The names in a table, each with its numbers.
+fn numbers(block: &Block, key: &str) -> Vec<(String, Vec<f64>)> {
+    let pairs = block.list(key).chunks_exact(2);
+    let pairs = pairs.map(|pair| {
+        let numbers = pair[1].text.split_whitespace();
+        let numbers = numbers.map(|number| number.parse().unwrap_or(f64::NAN));
+        (pair[0].text.clone(), numbers.collect())
+    });
+    pairs.collect()
+}
+
+fn limits(block: &Block) -> Checked<Vec<(String, f64)>> {
+    let pairs = block.list("limits").chunks_exact(2);
+    let pairs = pairs.map(|pair| {
+        let limit = number(&pair[1]);
+        if limit > 0.0 {
+            Ok((pair[0].text.clone(), limit))
+        } else {
+            let what = format!(
+                "limits: {:?}: expected a number above 0, or inf",
+                pair[0].text
+            );
+            refuse(pair[1].at, what)
+        }
+    });
+    pairs.collect()
+}
+
+fn rate(block: &Block) -> Checked<Hz> {
+    let given = block.text("rate");
+    let hz = Hz::new(given.map_or(RATE_HZ, number));
+    hz.or_else(|error| refuse(given.map_or(0, |rate| rate.at), format!("rate: {error}")))
+}
+
+fn step(block: &Block) -> Checked<Option<u64>> {
+    let Some(step) = block.text("step_ms") else {
+        return Ok(None);
+    };
+    let micros = number(step) * 1e3;
+    let nearest = micros.round();
+    if (10.0..=1e5).contains(&nearest) && (micros - nearest).abs() < 1e-6 {
+        Ok(Some(nearest as u64 * 1000))
+    } else {
+        refuse(
+            step.at,
+            "step_ms: expected whole microseconds from 0.01 to 100 ms",
+        )
+    }
+}

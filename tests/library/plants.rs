@@ -1,0 +1,399 @@
+//! Robots of MJCF files in graph files: they stand, keep to their theory, and are refused in one line.
+
+use std::{fs, path::Path, sync::Arc};
+
+use ratelab::Hz;
+use ratelab_plant::{BearableDelay, RobotPlant};
+use ratelab_system::{System, graph_file::GraphFile};
+use tempfile::TempDir;
+
+use crate::{clone::root, support::*};
+
+/// A graph file with these keys of its plant.
+fn text(keys: &str) -> String {
+    let mjcf = if keys.contains("mjcf") {
+        ""
+    } else {
+        "mjcf = \"robot.xml\"\n"
+    };
+    format!("name = \"robot\"\n[plant]\n{mjcf}{keys}\n")
+}
+
+fn fixture(name: &str) -> String {
+    let path = root().join(format!("graphs/robots/{name}.xml"));
+    fs::read_to_string(path).expect(name)
+}
+
+/// The system of a graph file whose models lie in `folder`.
+fn opened(folder: &Path, text: &str) -> Result<Arc<dyn System>, String> {
+    let told = |error: &dyn std::fmt::Display| error.to_string();
+    let file = GraphFile::parse(text).map_err(|error| told(&error))?;
+    let spec = file.plant().ok_or("no plant")?;
+    let plant = RobotPlant::load(folder, spec);
+    let plant = plant.map_err(|defect| told(&file.plant_error(defect.key, defect.what)))?;
+    let system = file
+        .system(&[Arc::new(plant)])
+        .map_err(|error| told(&error))?;
+    system.check_settings().map_err(|error| told(&error))?;
+    Ok(Arc::new(system))
+}
+
+/// A folder with this model as `robot.xml`.
+fn folder(model: &str) -> TempDir {
+    let folder = TempDir::new().expect("a folder");
+    fs::write(folder.path().join("robot.xml"), model).expect("a model");
+    folder
+}
+
+fn plant(model: &str, keys: &str) -> RobotPlant {
+    let file = GraphFile::parse(&text(keys)).expect(keys);
+    let folder = folder(model);
+    RobotPlant::load(folder.path(), file.plant().expect("a plant")).expect(keys)
+}
+
+#[test]
+fn a_robot_stands_with_a_short_delay_and_is_lost_with_a_long_one() {
+    for (name, delay, verdict) in [
+        ("pendulum", 0, "stood"),
+        ("pendulum", 400, "lost_hinge"),
+        ("double", 0, "stood"),
+        ("double", 60, "lost_high"),
+    ] {
+        let folder = folder(&fixture(name));
+        let system = opened(folder.path(), &text("")).expect(name);
+        let link = format!("link /action delay:{delay}; rate actuator 1000");
+        let summary = run_of(system, &config(&format!("until 10; {link}")));
+        assert_eq!(summary.verdict.name(), verdict, "{name} {delay}");
+    }
+}
+
+#[test]
+fn the_controller_of_the_cart_poles_own_model_bears_what_its_theory_says() {
+    let model = fs::read_to_string(root().join("crates/cart-pole/src/cartpole.xml"));
+    let model = model.expect("the cart-pole");
+    let keys = "limits = { slider = 2.4, hinge = 0.2095 }\nstep_ms = 1";
+    let bears = plant(&model, keys).bearable_delay(Hz::new(50.0).expect("a rate"));
+    assert_eq!(bears, Some(BearableDelay::Ms(70)));
+}
+
+#[test]
+fn a_recorded_robot_runs_as_the_one_of_the_file_without_it() {
+    let folder = folder(&fixture("double"));
+    let text = text("start = 0.05");
+    let system = opened(folder.path(), &text).expect("a robot");
+    let record = system.about().plant.expect("a plant").clone();
+    drop(folder);
+    let file = GraphFile::parse(&text).expect("a file");
+    let again = RobotPlant::recorded(&record, file.plant().expect("a plant")).expect("a record");
+    assert_eq!(again.about().plant, Some(&record));
+    let again = file.system(&[Arc::new(again)]).expect("a system");
+    let setup = "until 3; set sensor noise 0.001; link /action delay:0..15";
+    let [first, second]: [Arc<dyn System>; 2] = [system, Arc::new(again)];
+    let [first, second] = [first, second].map(|system| run_of(system, &config(setup)));
+    assert!(first.state.len() > 6);
+    assert_eq!(first.state, second.state);
+}
+
+#[test]
+fn a_damaged_record_is_refused() {
+    let folder = folder(&fixture("double"));
+    let system = opened(folder.path(), &text("")).expect("a robot");
+    let record = system.about().plant.expect("a plant").clone();
+    let file = GraphFile::parse(&text("")).expect("a file");
+    let spec = file.plant().expect("a plant");
+    let refused = |change: &dyn Fn(&mut ratelab_system::PlantRecord)| {
+        let mut record = record.clone();
+        change(&mut record);
+        let refused = RobotPlant::recorded(&record, spec).err();
+        assert_eq!(
+            refused.expect("refused").what,
+            "the model in the recording is damaged"
+        );
+    };
+    refused(&|record| record.model.clear());
+    refused(&|record| record.model = "%".to_owned());
+    refused(&|record| record.model.truncate(1000));
+    refused(&|record| record.positions.clear());
+    refused(&|record| record.controls.push(0.0));
+}
+
+/// The error of each of these keys, and what has to be in it.
+const KEYS: &[(&str, &str)] = &[
+    ("mjcf = 5", "mjcf: expected a path in quotes"),
+    (
+        "mjcf = \"none.xml\"",
+        "line 3, column 8: no such file: none.xml",
+    ),
+    ("mjcf = \"\"", "no such file"),
+    ("mjcf = \".\"", "no such file"),
+    ("mjcf = \"robot.xml/x\"", "no such file"),
+    ("mjcf = \"a\\u0000b\"", "no such file"),
+    (
+        "mjcf = \"/etc/passwd\"",
+        "/etc/passwd is outside of the folder of the graph file",
+    ),
+    ("mjcf = \"../\"", "no such file"),
+    (
+        "keyframe = \"x\"",
+        "line 4, column 12: no keyframe \"x\": there are up",
+    ),
+    ("keyframe = 5", "keyframe: expected a name"),
+    ("pose = { x = 1 }", "no joint \"x\": there are hinge"),
+    ("pose = { hinge = [1, 2] }", "hinge: one number expected"),
+    ("pose = { hinge = [] }", "hinge: one number expected"),
+    (
+        "pose = { hinge = \"a\" }",
+        "pose: expected names with numbers",
+    ),
+    ("pose = { hinge = nan }", "hinge: one number expected"),
+    ("pose = { hinge = inf }", "hinge: one number expected"),
+    ("pose = 3", "pose: expected names with numbers"),
+    ("limits = { x = 1 }", "no joint \"x\": there are hinge"),
+    (
+        "limits = { hinge = 0 }",
+        "\"hinge\": expected a number above 0, or inf",
+    ),
+    ("limits = { hinge = -1 }", "expected a number above 0"),
+    ("limits = { hinge = nan }", "expected a number above 0"),
+    ("limits = { hinge = [1, 2] }", "expected a number above 0"),
+    (
+        "limits = { hinge = \"inf\" }",
+        "limits: expected names with numbers",
+    ),
+    ("start = -1", "start: expected 0 or more"),
+    ("start = nan", "start: expected a number"),
+    ("start = inf", "start: expected a number"),
+    ("start = \"fast\"", "start: expected a number"),
+    (
+        "policy = \"lqg\"",
+        "no policy \"lqg\": did you mean \"lqr\"?",
+    ),
+    (
+        "policy = \"./policy.py\"",
+        "no policy \"./policy.py\": expected lqr, hold or zero",
+    ),
+    ("policy = 1", "policy: expected"),
+    ("rate = 0", "rate: expected a number above 0"),
+    ("rate = 1e-9", "rate: "),
+    ("rate = \"fast\"", "rate: expected a number above 0"),
+    ("step_ms = 0", "step_ms: expected a number above 0"),
+    ("step_ms = 0.0001", "step_ms: expected whole microseconds"),
+    (
+        "step_ms = 0.0123456",
+        "step_ms: expected whole microseconds",
+    ),
+    (
+        "step_ms = 1000",
+        "step_ms: expected a number above 0, up to 100",
+    ),
+    ("speed = 1", "unknown key \"speed\""),
+    (
+        "[system]\nname = \"cart-pole\"",
+        "a graph has a system or a plant",
+    ),
+    (
+        "remap = { \"/obs\" = \"/x\" }",
+        "\"/x\" is no way from \"/obs\"",
+    ),
+    (
+        "[node.sensor]\nrate = 5",
+        "the system has a node \"sensor\" already",
+    ),
+];
+
+/// The error of each of these changes of the model, and what has to be in it.
+const MODELS: &[(&str, &str)] = &[
+    ("<mujoco model=\"pendulum\"> → hello", "MuJoCo"),
+    ("</mujoco> → ", "MuJoCo"),
+    ("</mujoco> → </mujoco", "MuJoCo"),
+    ("mujoco → robot", "the model has no joint"),
+    ("<worldbody> → <worldbody><wheel/>", "MuJoCo"),
+    ("mass=\"1\" → mas=\"1\"", "MuJoCo"),
+    ("mass=\"1\" → mass=\"-1\"", "MuJoCo"),
+    ("mass=\"1\" → mass=\"0\"", "MuJoCo"),
+    ("size=\"0.05\" → size=\"-1\"", "MuJoCo"),
+    (
+        "<joint name=\"hinge\" type=\"hinge\" axis=\"0 1 0\"/> → ",
+        "MuJoCo",
+    ),
+    ("axis=\"0 1 0\" → axis=\"0 0 0\"", "MuJoCo"),
+    ("type=\"hinge\" → type=\"wheel\"", "MuJoCo"),
+    ("joint=\"hinge\" → joint=\"wheel\"", "MuJoCo"),
+    ("ctrlrange=\"-1 1\" → ctrlrange=\"1 -1\"", "MuJoCo"),
+    ("qpos=\"0\" → qpos=\"0 0\"", "MuJoCo"),
+    ("gear=\"3\" → gear=\"nan\"", ""),
+    ("<actuator>…</actuator> → ", "the model has no actuator"),
+    (
+        "timestep=\"0.001\" → timestep=\"0\"",
+        "timestep is 0 s: expected whole microseconds",
+    ),
+    ("timestep=\"0.001\" → timestep=\"-1\"", "timestep is -1 s"),
+    (
+        "timestep=\"0.001\" → timestep=\"1e9\"",
+        "timestep is 1000000000 s",
+    ),
+    (
+        "timestep=\"0.001\" → timestep=\"0.0000105\"",
+        "timestep is 0.0000105 s",
+    ),
+    ("timestep=\"0.001\" → timestep=\"nan\"", ""),
+    (
+        "timestep=\"0.001\" → timestep=\"0.001\" gravity=\"0 0 nan\"",
+        "",
+    ),
+    ("<worldbody> → <size memory=\"100G\"/><worldbody>", ""),
+    (
+        "<worldbody> → <extension/><worldbody>",
+        "the model has a plugin",
+    ),
+    (
+        "<worldbody> → <include file=\"none.xml\"/><worldbody>",
+        "MuJoCo",
+    ),
+    (
+        "<worldbody> → <include file=\"robot.xml\"/><worldbody>",
+        "MuJoCo",
+    ),
+    (
+        "<worldbody> → <include file=\"/etc/passwd\"/><worldbody>",
+        "is outside of the folder",
+    ),
+    (
+        "<worldbody> → <asset><mesh name=\"m\" file=\"none.stl\"/></asset><worldbody>",
+        "MuJoCo",
+    ),
+    (
+        "<worldbody> → <asset><mesh name=\"m\" file=\"robot.xml\"/></asset><worldbody>",
+        "MuJoCo",
+    ),
+    (
+        "<worldbody> → <asset><mesh name=\"m\" file=\"/etc/passwd\"/></asset><worldbody>",
+        "is outside of the folder",
+    ),
+    (
+        "<worldbody> → <asset><mesh name=\"m\" file='&#47;etc&#x2f;passwd'/></asset><worldbody>",
+        "is outside of the folder",
+    ),
+    (
+        "<worldbody> → <asset><mesh name=\"m\" file=\"passwd\"/></asset><compiler meshdir=\"/etc\"/><worldbody>",
+        "is outside of the folder",
+    ),
+];
+
+/// What is wrong with how a graph file is refused: the error is one line and has `expected` in it.
+fn ill_refused(folder: &Path, keys: &str, case: &str, expected: &str) -> Option<String> {
+    match opened(folder, &text(keys)).err() {
+        None => Some(format!("{case} is accepted")),
+        Some(error) => {
+            let is_line = error.starts_with("line ") && !error.contains('\n');
+            (!is_line || !error.contains(expected)).then(|| format!("{case}: {error}"))
+        }
+    }
+}
+
+/// Checks that no graph file is refused in a wrong way.
+fn check_refused(ill: impl Iterator<Item = Option<String>>) {
+    let ill: Vec<String> = ill.flatten().collect();
+    assert!(ill.is_empty(), "{}", ill.join("\n"));
+}
+
+#[test]
+fn each_wrong_key_is_refused_in_one_line() {
+    let model = fixture("pendulum").replace("<key qpos", "<key name=\"up\" qpos");
+    let folder = folder(&model);
+    let keys = KEYS.iter();
+    check_refused(keys.map(|(keys, expected)| ill_refused(folder.path(), keys, keys, expected)));
+}
+
+#[test]
+fn each_broken_model_is_refused_in_one_line() {
+    check_refused(MODELS.iter().map(|(change, expected)| {
+        let (before, after) = change.split_once(" → ").expect("a change");
+        let model = fixture("pendulum");
+        let before = match before.split_once('…') {
+            None => before.to_owned(),
+            Some((first, last)) => {
+                let [from, to] = [first, last].map(|part| model.find(part).expect(change));
+                model[from..to + last.len()].to_owned()
+            }
+        };
+        assert!(model.contains(&before), "{change}");
+        let folder = folder(&model.replace(&before, after));
+        ill_refused(folder.path(), "", change, expected)
+    }));
+}
+
+#[test]
+fn a_robot_beyond_the_bounds_is_refused() {
+    let joints = |count| {
+        let joint = "<body><joint axis=\"1 0 0\" type=\"slide\"/><geom size=\"1\"/></body>";
+        fixture("pendulum").replace("<body name", &format!("{}<body name", joint.repeat(count)))
+    };
+    let motors = |count| {
+        let motors = "<motor joint=\"hinge\"/>".repeat(count);
+        fixture("pendulum").replace("</actuator>", &format!("{motors}</actuator>"))
+    };
+    for (model, expected) in [
+        (
+            joints(100),
+            "the model has 101 coordinates: expected up to 100",
+        ),
+        (motors(64), "the model has 65 controls: expected up to 64"),
+    ] {
+        let model = model
+            .replace("<keyframe>", "<!--")
+            .replace("</keyframe>", "-->");
+        check_refused([ill_refused(folder(&model).path(), "", expected, expected)].into_iter());
+    }
+}
+
+#[test]
+fn a_pose_that_nothing_holds_is_refused() {
+    let ball = "<body name=\"ball\"><freejoint/><geom size=\"0.1\" mass=\"3\"/></body><body name=\"pole\">";
+    let model = fixture("pendulum").replace("<body name=\"pole\">", ball);
+    let model = model.replace("qpos=\"0\"", "qpos=\"0 0 1 1 0 0 0 0\"");
+    let expected = "nothing holds this pose: 75 % of the weight is missing, most at ball.pos";
+    check_refused([ill_refused(folder(&model).path(), "", "a ball", expected)].into_iter());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_out_of_the_folder_is_followed_and_refused() {
+    let outside = folder(&fixture("pendulum"));
+    let inside = TempDir::new().expect("a folder");
+    let link = inside.path().join("robot.xml");
+    std::os::unix::fs::symlink(outside.path().join("robot.xml"), link).expect("a link");
+    let ill = ill_refused(inside.path(), "", "a link", "is outside of the folder");
+    check_refused([ill].into_iter());
+}
+
+#[test]
+fn a_robot_that_no_limit_holds_is_told_before_the_run() {
+    let model = fixture("pendulum").replace(
+        "<body name=\"pole\">",
+        "<body name=\"top\"><joint name=\"spin\" axis=\"0 0 1\"/><geom size=\"0.1\" mass=\"1\"/></body>\
+         <body name=\"pole\">",
+    );
+    let model = model.replace("qpos=\"0\"", "qpos=\"0 0\"");
+    let warnings = |keys| plant(&model, keys).warnings(&Default::default());
+    assert_eq!(
+        warnings(""),
+        ["nothing holds spin: limits = { \"spin\" = inf }"]
+    );
+    assert_eq!(warnings("limits = { spin = inf }"), [""; 0]);
+}
+
+#[test]
+fn numbers_of_a_robot_have_names_and_units() {
+    let system = plant(&fixture("double"), "");
+    let signals = system.signals();
+    let names: Vec<_> = signals
+        .iter()
+        .map(|signal| format!("{} {}", signal.name, signal.unit))
+        .collect();
+    assert_eq!(names, ["slider m", "low rad", "high rad", "control 1 "]);
+    assert_eq!(signals[1].limits, Some([-0.5, 0.5]));
+    let row = [0.25, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+    let values: Vec<f64> = signals.iter().map(|signal| signal.value.of(&row)).collect();
+    assert_eq!(values, [1.0, 2.0, 3.0, 0.25]);
+}
