@@ -15,8 +15,8 @@ pub trait Course: Send + Sync {
     /// Opens the list of exercises, for the learner's number `learner`.
     fn exercises(&self, learner: u64) -> Box<dyn CoursePanel>;
 
-    /// Opens the verdict on the rescue in the recording at `rescue`.
-    fn judge(&self, rescue: &Path, learner: u64) -> Box<dyn CoursePanel>;
+    /// Opens the verdict on the rescue in the recording at `rescue`, or why that ended early.
+    fn judge(&self, rescue: Result<&Path, &str>, learner: u64) -> Box<dyn CoursePanel>;
 
     /// Begins to follow a rescue by hand.
     fn rescue(&self) -> Box<dyn Rescue>;

@@ -35,7 +35,7 @@ impl Course for CartPoleCourse {
         Box::new(ExercisePanel::new(self.answers.clone(), learner))
     }
 
-    fn judge(&self, rescue: &Path, learner: u64) -> Box<dyn CoursePanel> {
+    fn judge(&self, rescue: Result<&Path, &str>, learner: u64) -> Box<dyn CoursePanel> {
         let panel = ExercisePanel::judging(rescue, self.answers.clone(), learner);
         Box::new(panel)
     }

@@ -35,12 +35,20 @@ pub struct CourseState {
     pub panel: Option<Box<dyn CoursePanel>>,
     /// Whether the cause of a loss is covered, because an exercise asks for it.
     pub covered: bool,
-    /// The rescue by hand, which will be judged, if the session is one.
-    pub by_hand: Option<Box<dyn Rescue>>,
+    /// The rescue by hand, while the session is one.
+    pub by_hand: Option<ByHand>,
     /// What the last key would have done, which the same key does once more.
     pub warned: Option<Warned>,
     /// The position in the guided tour, during one.
     tour: Option<Tour>,
+}
+
+/// A rescue by hand that is running.
+pub struct ByHand {
+    /// How far it has come.
+    pub rescue: Box<dyn Rescue>,
+    /// The file of its recording, by which it will be judged.
+    pub recording: PathBuf,
 }
 
 /// What a key does at the second time only.
@@ -65,14 +73,14 @@ impl App {
         }
         let (rescue, learner) = (self.rescue(), self.course.learner);
         self.course.panel = Some(match rescue {
-            Some(recording) => course.judge(&recording, learner),
+            Some(recorded) => course.judge(recorded.as_deref().map_err(String::as_str), learner),
             None => course.exercises(learner),
         });
     }
 
     /// Returns how far the rescue by hand has come.
     fn stage(&self) -> Option<RescueAdvice> {
-        let rescue = self.course.by_hand.as_ref()?;
+        let rescue = &self.course.by_hand.as_ref()?.rescue;
         let summary = self.shown.run.summary();
         let lost = summary.map(|summary| &summary.verdict);
         let lost = lost.filter(|verdict| verdict.is_lost()).cloned();
@@ -82,7 +90,7 @@ impl App {
     /// Adds the control steps in `rows` to the rescue by hand, and its next step to
     /// `frame`.
     pub(super) fn follow_rescue(&mut self, rows: &[WatchedRows], frame: &mut FrameData) {
-        let Some(rescue) = &mut self.course.by_hand else {
+        let Some(ByHand { rescue, .. }) = &mut self.course.by_hand else {
             return;
         };
         let states = self.shown.run.system().state();
@@ -148,14 +156,16 @@ impl App {
         });
     }
 
-    /// Ends the rescue by hand; returns its recording, if any.
-    fn rescue(&mut self) -> Option<PathBuf> {
-        self.course.by_hand.take()?;
+    /// Ends the rescue by hand; returns its recording, or why that ended early. `None` without a
+    /// rescue.
+    fn rescue(&mut self) -> Option<Result<PathBuf, String>> {
+        let ByHand { recording, .. } = self.course.by_hand.take()?;
         self.end_recording();
         self.finish_recordings();
         self.notice = None;
-        let recorded = self.recordings.recorded.last()?;
-        Some(recorded.path.clone())
+        let error = self.recordings.unrecorded.as_ref();
+        let error = error.filter(|error| error.path == recording);
+        Some(error.map_or(Ok(recording), |error| Err(error.to_string())))
     }
 
     /// Sends a key to the exercises; returns whether they are open.

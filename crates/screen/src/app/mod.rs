@@ -289,7 +289,7 @@ impl App {
         };
         let trace = shown.sampler.trace(system, now, &events);
         let by_hand = self.course.by_hand.as_ref().filter(|_| self.is_live());
-        let safe = by_hand.map(|rescue| rescue.safe());
+        let safe = by_hand.map(|by_hand| by_hand.rescue.safe());
         Some(ScreenState {
             system,
             frame,

@@ -9,6 +9,7 @@ use ratelab_recording::{Change, Recording};
 use super::{
     App,
     choices::as_it_is_now,
+    course::ByHand,
     knobs::{Knobs, without_knobs},
     run::ShownRun,
 };
@@ -154,15 +155,19 @@ impl App {
             self.unrecordable(error);
             None
         });
+        // A rescue is judged by its recording.
+        let recording = recorder.as_ref().filter(|_| by_hand);
+        let recording = recording.map(|recorder| recorder.path().to_owned());
         self.shown.run = ShownRun::Live(Box::new(prepared.begin(recorder)));
         self.shown.begin(sampler);
         self.config = without_knobs(self.shown.run.config().clone());
         self.knobs = Knobs::new(self.config.setup.clone());
         self.pause = false;
-        // A rescue is judged by its recording.
         let course = self.setup.course.as_ref();
-        let course = course.filter(|_| by_hand && self.recordings.wanted);
-        self.course.by_hand = course.map(|course| course.rescue());
+        self.course.by_hand = course.zip(recording).map(|(course, recording)| ByHand {
+            rescue: course.rescue(),
+            recording,
+        });
         if !live {
             self.enter_lab();
         }

@@ -76,12 +76,13 @@ impl ExercisePanel {
         }
     }
 
-    /// Opens the verdict on the rescue in the recording at `rescue`.
-    pub fn judging(rescue: &Path, file: PathBuf, seed: u64) -> Self {
-        let text = match judge_file(rescue) {
-            Ok((true, text)) => format!("✓ {text}"),
-            Ok((false, text)) => format!("✖ {text}"),
-            Err(error) => error.to_string(),
+    /// Opens the verdict on the rescue in the recording at `rescue`, or why that ended early.
+    pub fn judging(rescue: Result<&Path, &str>, file: PathBuf, seed: u64) -> Self {
+        let text = match rescue.map(judge_file) {
+            Ok(Ok((true, text))) => format!("✓ {text}"),
+            Ok(Ok((false, text))) => format!("✖ {text}"),
+            Ok(Err(error)) => error.to_string(),
+            Err(why) => why.to_owned(),
         };
         let text = format!(
             "{text}\n\nEnter begins another try. Esc goes back to the graph: that run is no try any \
