@@ -31,7 +31,7 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
         meaning: format!(
             "The deeper queue took the drops from {} to {}. In {unchanged} of {} runs it changed \
              nothing else: the same last step, the same angle to the last bit. The policy reads \
-             the newest reading either way, and decides as rarely. Drops were the symptom. A queue \
+             the newest reading either way, and decides no more often. Drops were the symptom. A queue \
              that loses nothing does not make a controller faster.",
             drops(shallow),
             drops(deep),

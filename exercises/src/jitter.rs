@@ -60,8 +60,8 @@ pub(crate) fn same_mean() -> Result<Findings, Failure> {
         meaning: format!(
             "{} stay up with the constant delay, {} with the same mean at random. The actuator \
              acts every 20 ms: an action that comes after 70 ms is applied after 80 ms. A delay \
-             beyond 80 ms costs one period more, and a few such actions in a row fell the pole. \
-             Much more jitter is better again, though not harmless: then many actions overtake \
+             beyond 80 ms costs one period more, and a few such actions in a row tip the pole. \
+             Much more jitter does less harm, though not harmless: then many actions overtake \
              older ones, and the push in force is fresher than the mean delay says (last column).",
             groups[0].up_of(),
             asked.up_of(),

@@ -115,7 +115,7 @@ fn a_prediction_is_right_within_the_tolerance_that_the_question_states() {
             let prediction = Prediction::new(number, "of it").expect("finite");
             assert!(brief.range.contains(number), "{label}: {number}");
             let (hit, text) = measured.judge(brief, &prediction);
-            assert_eq!(hit, text.starts_with("You called it"), "{label}: {text}");
+            assert_eq!(hit, text.starts_with("Correct"), "{label}: {text}");
             hit
         };
         for number in right {

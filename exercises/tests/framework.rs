@@ -355,7 +355,7 @@ fn reconciled(answer: Answer, prediction: &str) -> String {
 fn a_prediction_is_compared_with_the_measurement() {
     assert_eq!(
         reconciled(Answer::Exactly(9.98004), "10 because it is half."),
-        "You predicted 10 Hz: it is half.\nMeasured: 9.98 Hz. You called it to within 0.02 Hz.\n\
+        "You predicted 10 Hz: it is half.\nMeasured: 9.98 Hz. Correct to within 0.02 Hz.\n\
          So it is.\n\nIt means something."
     );
     let turn = Answer::Between {
@@ -363,11 +363,11 @@ fn a_prediction_is_compared_with_the_measurement() {
         to: 5.0,
     };
     for [predicted, judged] in rows(
-        r"5    | You called it.\nSo it is.
-         8    | You called it.\nSo it is.
-         10   | You called it.\nSo it is.
-         10.5 | You called it to within 0.5 Hz.\nSo it is.
-         4.5  | You called it to within 0.5 Hz.\nSo it is.
+        r"5    | Correct.\nSo it is.
+         8    | Correct.\nSo it is.
+         10   | Correct.\nSo it is.
+         10.5 | Correct to within 0.5 Hz.\nSo it is.
+         4.5  | Correct to within 0.5 Hz.\nSo it is.
          10.6 | Close: 0.6 Hz above it.\nToo high.
          25   | You were 15 Hz above it.\nToo high.
          1    | You were 4 Hz below it.\nToo low.",
@@ -377,7 +377,7 @@ fn a_prediction_is_compared_with_the_measurement() {
         assert!(text.contains(&judged.replace(r"\n", "\n")), "{text}");
         let prediction = predict(&format!("{predicted} because of it"));
         let (hit, _) = findings(turn.clone()).judge(&BRIEF, &prediction);
-        assert_eq!(hit, judged.starts_with("You called it"), "{predicted}");
+        assert_eq!(hit, judged.starts_with("Correct"), "{predicted}");
     }
     assert_eq!(brief(11).in_unit(1.0), "1 message");
     let zero = reconciled(Answer::Exactly(0.0), "2 because of it");
@@ -407,10 +407,7 @@ fn a_wrong_choice_is_answered_with_what_refutes_it() {
         findings.judge(&CHOICE, &prediction)
     };
     assert_eq!(judged("policy because of it"), (false, "two".to_owned()));
-    assert_eq!(
-        judged("/obs loses as seen"),
-        (true, "You called it.".to_owned())
-    );
+    assert_eq!(judged("/obs loses as seen"), (true, "Correct.".to_owned()));
     let prediction = Prediction::read("policy slow as seen", &CHOICE).expect("a choice");
     let text = findings.reconcile(&CHOICE, &prediction);
     assert!(

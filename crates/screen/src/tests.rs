@@ -73,7 +73,7 @@ const RUNS: &str = "
 fn the_default_terminal_shows_angle_age_and_cause() {
     for [knobs, parts] in rows(RUNS) {
         let drawn = format!("{knobs}\n{}", small(&ended(config(&knobs))));
-        shows(&drawn, &["pole angle", "age of the push"]);
+        shows(&drawn, &["pole angle", "push age (ms)"]);
         shows(&drawn, &parts.split("; ").collect::<Vec<_>>());
     }
 }
@@ -129,7 +129,7 @@ fn the_dashes_of_the_last_run_are_named_once_there_is_one() {
     assert!(!small(&app).contains("last run"));
     press(&mut app, "r");
     end(&mut app);
-    shows(&small(&app), &["age of the push (ms)  ╌╌ last run"]);
+    shows(&small(&app), &["push age (ms)  ╌╌ last run"]);
 }
 
 #[test]

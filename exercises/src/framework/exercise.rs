@@ -160,11 +160,11 @@ impl Answer {
         let distance = rounded(distance.abs());
         let apart = in_unit(distance, &brief.unit);
         if distance == 0.0 {
-            (true, "You called it.".to_owned())
+            (true, "Correct.".to_owned())
         } else if let Some(figure) = self.refutation(number) {
             (false, figure.clone())
         } else if distance <= brief.tolerance.within() {
-            (true, format!("You called it to within {apart}."))
+            (true, format!("Correct to within {apart}."))
         } else if distance <= CLOSE * far.abs() {
             (false, format!("Close: {apart} {way} it."))
         } else {

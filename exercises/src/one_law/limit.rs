@@ -97,9 +97,9 @@ pub(crate) fn law(seed: u64) -> Result<Findings, Failure> {
         answer: Answer::Exactly(limit.round()),
         meaning: format!(
             "One number is right about {} of {runs} runs: below {limit:.0} ms the pole stands, \
-             above it falls, whatever made the pushes old. Nothing in the loop sees a rate, a \
-             delay or a loss. The pole feels only how old the reading is behind a push. The rate \
-             of exercise 1 was one way to make pushes old.",
+             above it falls, whatever the cause. The loop does not know the cause: only the age of \
+             the reading behind a push counts. The rate of exercise 1 was one way to make pushes \
+             old.",
             runs - wrong,
         ),
         measurements,

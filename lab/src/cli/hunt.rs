@@ -7,7 +7,7 @@ use clap::Args;
 use super::{GraphArgs, heading, sweep::threads, values};
 
 /// Heading of the faults.
-const BUDGET: &str = "What may go wrong, at the most";
+const BUDGET: &str = "Faults allowed, at most";
 
 /// Options of a hunt: a run that goes well, and the faults that it may get.
 #[derive(Debug, Args)]
@@ -27,17 +27,17 @@ pub struct HuntArgs {
     )]
     pub lose: usize,
 
-    /// Delay to add to messages of the topic, in milliseconds over all of them, in parts
-    /// of 10 ms, shorter ones for a fast topic.
+    /// Total delay to spread over messages of the topic, in milliseconds, in parts of 10 ms,
+    /// shorter ones for a fast topic.
     #[arg(long, alias = "delay_ms", value_name = "MS", value_parser = values::milliseconds, allow_hyphen_values = true)]
     pub delay_ms: Option<Duration>,
 
-    /// The topic [default: the one that the last node reads]
+    /// The topic [default: the last topic that a node reads]
     #[arg(long, value_name = "TOPIC")]
     pub topic: Option<String>,
 
-    /// Cost of one tick of a node: up to this many milliseconds, in parts of 10 ms,
-    /// shorter ones for a fast node.
+    /// Longest duration of one tick of a node, in milliseconds, in parts of 10 ms, shorter
+    /// ones for a fast node.
     #[arg(long, value_name = "NODE=MS", value_parser = values::hang)]
     pub hang: Option<(String, Duration)>,
 
@@ -54,7 +54,7 @@ pub struct HuntArgs {
     #[arg(long, value_name = "FILE", help_heading = heading::OUTPUT)]
     pub save: Option<PathBuf>,
 
-    /// Record the lost run to this file, which must be new.
+    /// Record the failed run to this file, which must be new.
     #[arg(long, value_name = "FILE", help_heading = heading::OUTPUT)]
     pub record: Option<PathBuf>,
 

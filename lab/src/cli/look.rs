@@ -10,7 +10,7 @@ use crate::program::Program;
 #[derive(Debug, Args)]
 pub struct LookArgs {
     /// The bag: an MCAP file of ROS 2, a folder with its files, or a table of events (.csv) with
-    /// the columns topic,log_ns,publish_ns,stamp_ns,seq.
+    /// the columns topic,log_ns and, where known, publish_ns,stamp_ns (header stamp),seq.
     #[arg(value_name = "BAG")]
     pub file: PathBuf,
 

@@ -24,8 +24,8 @@ pub struct TimingArgs {
     )]
     pub world_step_ms: Option<u64>,
 
-    /// What the ticks of a node take, in milliseconds: 30, 60..110, lognormal:30,90,
-    /// recorded:FILE, file:CSV or drawn:CSV; can be given several times.
+    /// Duration of the ticks of a node in milliseconds: 30, 60..110, lognormal:MEDIAN,P99,
+    /// recorded:FILE, file:CSV (in order) or drawn:CSV (at random); can be given several times.
     #[arg(long, value_name = "NODE=SPEC", value_parser = values::takes)]
     pub takes: Vec<Knob>,
 

@@ -231,7 +231,7 @@ fn a_result_stays_in_sight_until_the_learner_goes_on() {
     ]);
     Said(lab.screen())
         .has("depth  stay up")
-        .has("You called it")
+        .has("Correct")
         .has("read its newest message");
     lab.play(&[
         ("\r", "Your prediction in messages, and why:"),

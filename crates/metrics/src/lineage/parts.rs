@@ -116,7 +116,7 @@ impl AgeStage {
                 "waiting for the executor of the {}",
             ],
             Self::Queue(_) => ["queue", "in the queue of", "waited", "in the queue of {}"],
-            Self::Reuse(_) => ["hold", HOLD, "waited", "until {} was read again"],
+            Self::Reuse(_) => ["hold", HOLD, "waited", "reusing {}"],
             Self::Cost(_) => ["cost", "in", "worked", "in the {}"],
             Self::Link(_) => ["link", "on", "on links", "on {}"],
             Self::Held(_) => ["hold", HOLD, "held", "held"],

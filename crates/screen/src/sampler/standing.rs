@@ -266,7 +266,7 @@ impl RunMoment<'_> {
         let greatest = ms(self.facts.age?.greatest);
         let (name, hz) = (&node.name, node.hz);
         Some(format!(
-            "the {name} decides at {hz}; the oldest reading behind a push lately: {greatest}"
+            "the {name} decides at {hz}; the greatest push age lately: {greatest}"
         ))
     }
 

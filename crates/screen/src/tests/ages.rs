@@ -57,11 +57,8 @@ fn a_replay_shows_the_curve_of_the_age_and_its_own_speed_in_the_default_terminal
     app.jump(seconds(0.4));
     super::sample(&mut app);
     let drawn = small(&app);
-    shows(
-        &drawn,
-        &["▷ replay", "age of the push (ms)", "0.840 s  0.1×"],
-    );
-    assert!(!drawn.contains("flat out"), "{drawn}");
+    shows(&drawn, &["▷ replay", "push age (ms)", "0.840 s  0.1×"]);
+    assert!(!drawn.contains("virtual max"), "{drawn}");
 }
 
 /// Two images that match, and a planner with a rate of its own; the times are no whole

@@ -59,7 +59,7 @@ pub fn seconds(seconds: f64) -> Time {
     Time::from_secs_f64(seconds).expect("a time")
 }
 
-/// A run of the cart-pole, of ten seconds, flat out, with knobs that are set before or turned at
+/// A run of the cart-pole, of ten seconds, at full speed, with knobs that are set before or turned at
 /// a run time (s), such as `control-hz 5; 2 crash sensor`. Others: `real` clock, `own` world,
 /// `seed N`, `speed X`, `until S`.
 pub fn config(run: &str) -> Config {
@@ -111,7 +111,7 @@ pub fn ended(config: Config) -> App {
     app
 }
 
-/// A run that ended on its own, flat out, with the pole down.
+/// A run that ended on its own, at full speed, with the pole down.
 pub fn fallen() -> App {
     ended(config("0.5 control-hz 5; 1.5 queue-depth 100"))
 }

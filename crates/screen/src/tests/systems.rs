@@ -301,7 +301,7 @@ fn an_age_that_is_the_signal_is_drawn_once_with_the_figures_beside_it() {
         &drawn,
         &["3 see-to-act age", "4 figures", "p50", "overruns"],
     );
-    assert!(!drawn.contains("age of the push"), "{drawn}");
+    assert!(!drawn.contains("push age (ms)"), "{drawn}");
     // Each number of drops in the graph has its word.
     let drops = drawn.lines().filter(|line| line.contains("depth 1"));
     let alone = |line: &str| line.matches("depth 1").count() > line.matches("drop").count();

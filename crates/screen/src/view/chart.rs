@@ -171,7 +171,7 @@ impl Chart {
                 free = start.saturating_sub(2);
                 named.push(*mark);
             } else if column < free {
-                row.put(column, 0, "·", theme.faint());
+                row.put(column, 0, "+", theme.faint());
             }
         }
         named

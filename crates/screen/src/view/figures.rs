@@ -33,14 +33,14 @@ const BEST_HISTOGRAM: usize = 8;
 const LATENCY_FIGURE: usize = 14;
 const LATENCY_GAP: usize = 2;
 
-/// Columns of topics. `avg` is over the whole run, `lately` counts drops in the last
+/// Columns of topics. `avg` is over the whole run, `drops/s` counts drops in the last
 /// second, `age` is the data age at each read.
 pub(super) const TOPIC_COLUMNS: [TableColumn<TopicData>; 8] = [
     column("msg/s", 7, 0, |topic, _| rate(topic.per_second)),
     column("avg", 7, 6, |topic, _| rate(topic.average)),
     column("published", 9, 7, |topic, _| number(topic.published)),
     column("dropped", 7, 3, |topic, _| number(topic.dropped)),
-    column("lately", 7, 1, |topic, _| number(topic.dropped_lately)),
+    column("drops/s", 7, 1, |topic, _| number(topic.dropped_lately)),
     column("depth", 5, 2, |topic, _| number(topic.depth as u64)),
     column("age p50 ms", 10, 4, |topic, _| {
         ms(&topic.age, topic.age.p50)
@@ -241,7 +241,7 @@ mod tests {
     fn latency_is_beside_the_tables_where_it_is_wide() {
         insta::assert_snapshot!(pane(&sample::balanced(), (130, 12), &RICH), @r"
         ┌4 figures───────────────────────────────────────────────────────────────────────────────────────────────────────────────────────┐
-        │ topic      msg/s      avg  published  dropped   lately  depth  age p50 ms   p99 ms    sense→act  p50  20.3 ms  p99  40.5 ms    │
+        │ topic      msg/s      avg  published  dropped  drops/s  depth  age p50 ms   p99 ms    sense→act  p50  20.3 ms  p99  40.5 ms    │
         │ /obs        50.0     50.0        320        0        0      1        10.0     20.0               max  42.9 ms  now  21.0 ms    │
         │ /action     50.0     50.0        320        0        0      1        10.0     20.0                                             │
         │ /state      50.0     50.0        321        0        0      1           -        -                ████                         │

@@ -32,7 +32,7 @@ mod tests {
     use crate::age::PARTS;
 
     /// Words on the screen that stand in no table.
-    const ELSEWHERE: &str = "✖, ⚠, flat out, sim, wall, seed, world: own, world: waits, virtual, \
+    const ELSEWHERE: &str = "✖, ⚠, max, sim, wall, seed, world: own, world: waits, virtual, \
         real, telemetry lost, push age, reaction time, sense→act, more (i), latency, \
         node, topic, knob, policy, plant, push, action, reading, phase, swings, falls, fresh enough, \
         operation, quadratic cost, clips, steps, pole_fell";

@@ -56,7 +56,7 @@ pub fn render(plan: &PlanData, mut sheet: Sheet<'_>) {
     sheet.put(place(plan.taken), 2, TAKEN, theme.strong());
     sheet.put(place(plan.now), 2, NOW, theme.active());
     let x = SIDES[0] + cells + 1;
-    let scale = format!("{} {}", LEVELS[7], signed(scale, 0, 2));
+    let scale = format!("{}={}", LEVELS[7], signed(scale, 0, 2));
     let (above, style) = match plan.stalls {
         0 => (scale, theme.faint()),
         1 => ("✖ 1 stall".to_owned(), theme.alarm_line()),

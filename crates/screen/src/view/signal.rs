@@ -39,7 +39,7 @@ const TALL_WITH_TASK: usize = 16;
 const GHOST_LEGEND: &str = "╌╌ last run";
 
 /// Title of the lower chart.
-const AGE_TITLE: &str = "age of the push (ms)";
+const AGE_TITLE: &str = "push age (ms)";
 
 /// Minimum upper end of the axis of ages (ms).
 const MIN_AGE_MS: f64 = 40.0;

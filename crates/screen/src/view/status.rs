@@ -1,7 +1,7 @@
 //! The line at the top of the screen.
 
 use ratatui::style::Style;
-use ratelab::{ClockKind, Status};
+use ratelab::{ClockKind, Speed, Status};
 
 use super::{
     sheet::Sheet,
@@ -55,7 +55,10 @@ pub fn render(name: &str, frame: &FrameData, extra: &StatusExtra, mut sheet: She
 /// `replay` has a speed of its own.
 fn clock(status: Status, replay: bool) -> String {
     let text = match status.clock {
-        ClockKind::Virtual if !replay => format!("{} {}", status.clock, status.speed),
+        ClockKind::Virtual if !replay => match status.speed {
+            Speed::Unlimited => format!("{} max", status.clock),
+            speed => format!("{} {speed}", status.clock),
+        },
         clock => clock.to_string(),
     };
     format!("{text:<12}")

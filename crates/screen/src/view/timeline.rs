@@ -27,13 +27,13 @@ pub(super) const LEGEND: [(MarkKind, &str, &str); 10] = [
     (MarkKind::Overrun, "◆", "overrun"),
     (MarkKind::Read, "•", "read"),
     (MarkKind::Unread, "·", "unread"),
-    (MarkKind::Lost, "✖", "lost"),
+    (MarkKind::Lost, "◌", "lost"),
     (MarkKind::Played, "▓", "played"),
     (MarkKind::Planned, "╌", "planned"),
 ];
 
 /// Its keys.
-const KEYS: [&str; 2] = ["( ) select", "v V zoom"];
+const KEYS: [&str; 2] = ["( ) push", "v V span"];
 
 /// Maximum number of rows of the sentence.
 const SENTENCE_ROWS: usize = 2;

@@ -51,7 +51,7 @@ fn roomy() {
     │└─────────────┘   depth 4       ├─►│● 15 Hz      │──────•─────•───┬─►│○ 7.5 Hz     │──────•─────•─────►│○ 1 Hz       ││
     │┌ right ──────┐                 ✖  │  0 overruns │   7 dropped    │  │  0 overruns │   0 dropped    ┌•►│  0 overruns ││
     ││○ 30 Hz      │──────✖─────✖────┘  └─────────────┘   depth 1      •  └─────────────┘   depth 1      │  └─────────────┘│
-    ││  0 overruns │                                                   │                    age  120 ms  │                 │
+    ││  0 overruns │                                                   │                     120 ms ago  │                 │
     │└─────────────┘                                                   │                                 │                 │
     │                                                                  └──•─────•─────•─────•─────•─────•┘                 │
     └──────────────────────────────────────────────────────────────────────────────────────────────────────────────────────┘
@@ -168,7 +168,7 @@ fn ascii() {
     ||* 50 Hz      |-o-----x-----x-->|o 5 Hz       |-----o-----o--->|* 50 Hz      ||
     ||  0 overruns |   37 dropped    |  2 overruns |   0 dropped    |  0 overruns ||
     |+-------------+   depth 1       +-------------+   depth 1      +-------------+|
-    |                  age   16 ms                   ~ age  320 ms                 |
+    |                    16 ms ago                   ~  320 ms ago                 |
     +------------------------------------------------------------------------------+
     ");
 }
@@ -192,9 +192,9 @@ fn old_messages_are_marked() {
         rich(&frame, 80, 8)
     };
     // At 5 Hz the next message is overdue by half after 300 ms.
-    assert!(aged(300).contains("  age  300 ms"));
-    assert!(aged(301).contains("◷ age  301 ms"));
-    assert!(aged(12_345).contains("◷ age  12.3 s"));
+    assert!(aged(300).contains("   300 ms ago"));
+    assert!(aged(301).contains("◷  301 ms ago"));
+    assert!(aged(12_345).contains("◷  12.3 s ago"));
 }
 
 #[test]

@@ -138,8 +138,8 @@ impl TopicText<'_> {
         };
         let sign = if self.is_overdue(held) { "◷" } else { " " };
         match held.as_millis() {
-            ms @ 0..=9_999 => format!("{sign} age {ms:>4} ms"),
-            _ => format!("{sign} age {:>5.1} s", held.as_secs_f64().min(99_999.0)),
+            ms @ 0..=9_999 => format!("{sign} {ms:>4} ms ago"),
+            _ => format!("{sign} {:>5.1} s ago", held.as_secs_f64().min(99_999.0)),
         }
     }
 
