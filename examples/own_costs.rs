@@ -7,12 +7,12 @@ use std::{error::Error, sync::Arc};
 
 use ratelab::{ClockKind, Tick, Topic};
 use ratelab_experiment::{Config, Experiment};
-use ratelab_system::{BuildError, Builder, System};
+use ratelab_system::{About, BuildError, Builder, System};
 
 /// Four nodes in a row.
-pub struct Robot;
+pub struct FourNodes;
 
-impl System for Robot {
+impl System for FourNodes {
     fn name(&self) -> &str {
         "robot"
     }
@@ -42,8 +42,11 @@ impl System for Robot {
         })
     }
 
-    fn latency(&self) -> Option<(&str, &str)> {
-        Some(("controller", "sense→act"))
+    fn about(&self) -> About<'_> {
+        About {
+            latency: Some(("controller", "sense→act")),
+            ..About::default()
+        }
     }
 }
 
@@ -77,7 +80,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             ..Config::default()
         };
         config.setup.set(format!("takes detector {cost}").parse()?);
-        let summary = Experiment::new(Arc::new(Robot), &config)?.run()?;
+        let summary = Experiment::new(Arc::new(FourNodes), &config)?.run()?;
         let median = summary.latency.quantile(0.5).unwrap_or_default();
         let detector = summary.node("detector").map_or(0, |node| node.overruns);
         println!(

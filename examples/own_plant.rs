@@ -8,7 +8,8 @@ use ratelab::{
 };
 use ratelab_metrics::fields;
 use ratelab_system::{
-    BuildError, Builder, Picture, Shape, Signal, SignalValue, Style, System, Verdict, VerdictKind,
+    About, BuildError, Builder, Judge, Picture, RobotInfo, Shape, Signal, SignalValue, Style,
+    System, Verdict, VerdictKind,
 };
 
 /// Height and climb of a drone of one kilogram.
@@ -97,12 +98,12 @@ impl System for Drone {
         })
     }
 
-    fn state(&self) -> Option<&str> {
-        Some("/state")
-    }
-
-    fn latency(&self) -> Option<(&str, &str)> {
-        Some(("drone", "sense→act"))
+    fn about(&self) -> About<'_> {
+        About {
+            state: Some("/state"),
+            latency: Some(("drone", "sense→act")),
+            ..About::default()
+        }
     }
 
     fn signals(&self) -> Vec<Signal> {
@@ -116,6 +117,16 @@ impl System for Drone {
         }]
     }
 
+    fn judge(&self) -> &dyn Judge {
+        self
+    }
+
+    fn robot(&self) -> &dyn RobotInfo {
+        self
+    }
+}
+
+impl Judge for Drone {
     fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
         match state {
             Some([height, _]) if *height <= 0.0 => Verdict::new(DOWN, at),
@@ -126,7 +137,9 @@ impl System for Drone {
     fn verdicts(&self) -> Vec<VerdictKind> {
         vec![VerdictKind::COMPLETED, VerdictKind::STOPPED, DOWN]
     }
+}
 
+impl RobotInfo for Drone {
     fn picture(&self, state: &[f64]) -> Option<Picture> {
         let (centre, half, angle) = ([0.0, *state.first()?], [0.3, 0.05], 0.0);
         let (from, to) = ([-2.0, 0.0], [2.0, 0.0]);

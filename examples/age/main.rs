@@ -31,7 +31,7 @@ struct Measured {
 impl Measured {
     fn run(system: &Arc<CartPole>, policy: &'static str) -> Result<Self, Box<dyn Error>> {
         let base = base(policy)?;
-        let grows = system.age_limits(&base.setup).grows;
+        let grows = system.judge().age_limits(&base.setup).grows;
         let causes = CAUSES.iter().map(|cause| {
             let sweep = sweep(system, &base, cause, SEEDS)?;
             let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()))?;

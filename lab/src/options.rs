@@ -162,8 +162,8 @@ fn settings(program: &Program, args: &GraphArgs) -> Result<Vec<(String, Vec<Knob
         .map(|(name, knobs)| Ok((format!("--{name} "), knobs.clone())));
     let broken = program
         .system
-        .about()
-        .broken
+        .knobs()
+        .broken()
         .filter(|_| args.system.broken)
         .map(|knob| read_knob(program, "--break", knob));
     let knobs = args

@@ -53,7 +53,7 @@ impl Program {
 
     /// Parses and writes knobs with the system's aliases.
     pub fn knobs(&self) -> KnobText {
-        KnobText(self.system.aliases())
+        KnobText(self.system.knobs().aliases())
     }
 }
 

@@ -103,11 +103,11 @@ pub fn input_files<'k>(
         let Knob::Send { node, text } = knob else {
             return None;
         };
-        let mut aliases = system.aliases().iter();
+        let mut aliases = system.knobs().aliases().iter();
         let alias = aliases.find(|alias| alias.knobs == [(knob.kind(), node.as_str())]);
         Some((
             format!("--{}", alias.map_or("knob", |alias| alias.name)),
-            system.file(node, text)?,
+            system.knobs().file(node, text)?,
         ))
     });
     files.collect()

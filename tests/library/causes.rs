@@ -623,7 +623,7 @@ fn is_one_number(text: &str, path: &[usize], run: &Config) -> Result<usize, Test
         prop_assert_eq!(sum, age.mean_ns, "{}", text);
     }
     let mut lineage = Lineage::new(topology.clone(), system.about().settings);
-    lineage = lineage.along(system.about().latency_path);
+    lineage = lineage.along(system.about().latency_path());
     let mut records = Records {
         ticks: vec![Vec::new(); topology.nodes.len()],
         heads: vec![Vec::new(); topology.topics.len()],

@@ -5,7 +5,7 @@ use std::fs;
 
 use ratelab_system::measured;
 
-use crate::{own_costs::Robot, support::*, table::rows};
+use crate::{own_costs::FourNodes, support::*, table::rows};
 
 /// The knob `text`, with durations as if loaded from its file.
 fn loaded(text: &str, durations: &[Duration]) -> Result<Knob, String> {
@@ -272,7 +272,7 @@ fn what_a_robot_acts_on_is_as_old_under_both_clocks() {
     let setup = "takes detector 60..110; offset detector 4; offset planner 7; offset controller 2";
     let [modelled, real] = ["", "real; "].map(|clock| {
         run_of(
-            Arc::new(Robot),
+            Arc::new(FourNodes),
             &config(&format!("{clock}{setup}; until 6")),
         )
     });

@@ -10,7 +10,7 @@ fn played(text: &str) -> (Lineage, usize, f64) {
     let (observer, taps) = (experiment.observer(), experiment.taps());
     let topology = observer.topology();
     let lineage = Lineage::new(topology.clone(), system.about().settings);
-    let mut lineage = lineage.along(system.about().latency_path);
+    let mut lineage = lineage.along(system.about().latency_path());
     let ticks = taps.ticks(ROOM);
     let names = topology.topics.iter();
     let rows: Vec<_> = names.map(|topic| taps.rows(&topic.name, ROOM)).collect();

@@ -25,7 +25,7 @@ fn the_age_of_a_chain_is_over_time_and_ends_with_the_run() {
     assert_eq!(summary.verdict.to_string(), kept);
     assert!((summary.latency.mean_s().expect("outputs") - 0.06).abs() < 1e-9);
     let system = graph_system(&pair).expect("a graph");
-    let figures = system.finals_at(summary.sim_time, &summary.state);
+    let figures = system.judge().finals_at(summary.sim_time, &summary.state);
     assert_eq!(figures[0].name, "see_mean_age");
     let missed = run_graph(&pair, 10.0, "link /image loss:1").verdict;
     assert_eq!(missed.to_string(), "MISSED (no data came through see)");

@@ -234,6 +234,12 @@ impl System for Fragile {
         Ok(())
     }
 
+    fn judge(&self) -> &dyn Judge {
+        self
+    }
+}
+
+impl Judge for Fragile {
     fn verdict(&self, exit: &ClockExit, at: Time, _: Option<&[f64]>) -> Verdict {
         match exit {
             ClockExit::Ended { .. } => Verdict::new(BROKEN, at),

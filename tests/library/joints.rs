@@ -5,7 +5,7 @@ use crate::support::*;
 /// The joints of the topics with readings and with actions.
 fn joints() -> [Joints; 2] {
     let system = cart_pole();
-    let all = system.about().joints;
+    let all = system.robot().joints();
     [OBS, ACTION].map(|topic| {
         let joints = all.iter().find(|joints| joints.topic == topic);
         *joints.expect(topic)

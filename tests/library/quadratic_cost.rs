@@ -38,7 +38,10 @@ fn it_is_the_mean_of_weighted_squares_over_run_time() {
 
 #[test]
 fn a_state_costs_what_its_weights_are_to_the_bit_in_every_build() {
-    let cost = CartPole::default().about().quadratic_cost.expect("a cost");
+    let cost = CartPole::default()
+        .judge()
+        .quadratic_cost()
+        .expect("a cost");
     let [cart, pole] = [CART_LIMIT_M, POLE_LIMIT_RAD].map(|most| 1.0 / (most * most));
     let at = |cart: f64, hinge: f64| (cost.of_state)(&[0.0, 0.0, 0.0, cart, hinge]);
     let angle = pole_angle(&[0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);

@@ -58,7 +58,7 @@ pub fn check_graphs(table: &str) {
         let text = graph_text(&name, &changes);
         let summary = run_graph(&text, seconds.parse().expect(&case), &list);
         let system = graph_system(&text).expect("a graph");
-        let ages = system.finals_at(summary.sim_time, &summary.state);
+        let ages = system.judge().finals_at(summary.sim_time, &summary.state);
         let (of_chains, others): (Vec<_>, Vec<_>) = figures
             .split(';')
             .map(str::trim)

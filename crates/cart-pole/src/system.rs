@@ -2,13 +2,13 @@
 
 use std::{fmt::Display, path::PathBuf, str::FromStr};
 
-use ratelab::{ClockExit, Hz, Tick, Time};
+use ratelab::{ClockExit, Hz, Knob, Tick, Time};
 use ratelab_experiment::Config;
 use ratelab_metrics::Fields;
 use ratelab_system::{
-    About, AgeLimits, BuildError, Builder, Final, Group, KnobText, KnobTextError, Picture,
-    QuadraticCost, RunTally, Setup, Signal, SignalValue, System, Verdict, VerdictKind, WORLD,
-    WorldKind, overload,
+    About, AgeLimits, Alias, BuildError, Builder, Final, Group, Joints, Judge, KnobText,
+    KnobTextError, Picture, Planning, QuadraticCost, RobotInfo, RunTally, Setup, Signal,
+    SignalValue, StateTable, System, SystemKnobs, Verdict, VerdictKind, WORLD, WorldKind, overload,
 };
 
 use super::{
@@ -16,7 +16,7 @@ use super::{
     POLE_LIMIT_RAD, POLICY, ParameterError, Plant, Pose, SENSE_TO_ACT, SENSOR, SIMILAR,
     SharedPlant, SimilarReadings, actuator_hz,
     aliases::ALIASES,
-    chunk::{ChunkSettings, ChunkTally, FIXED, PLANNING, PLAYER, PlanKind, SPOILERS, warnings},
+    chunk::{ChunkSettings, ChunkTally, FIXED, PLANNING, PLAYER, PlanKind, warnings},
     disturbance::Newtons,
     falls::falls,
     in_words, mujoco_version, picture,
@@ -165,8 +165,8 @@ impl System for CartPole {
 
     fn about(&self) -> About<'_> {
         About {
-            engine: Some(("MuJoCo", mujoco_version())),
-            aliases: Self::KNOBS.0,
+            state: Some(STATE),
+            latency: Some((ACTUATOR, SENSE_TO_ACT)),
             captions: &[
                 (SENSOR, "reads the plant"),
                 (POLICY, "decides"),
@@ -174,16 +174,6 @@ impl System for CartPole {
                 (ACTUATOR, "pushes"),
                 (WORLD, "moves by itself"),
             ],
-            broken: Some("control-hz 5"),
-            joints: &super::joints::JOINTS,
-            planning: Some(PLANNING),
-            spoilers: SPOILERS,
-            fixed: FIXED,
-            table: Some(table::TABLE),
-            quadratic_cost: Some(QuadraticCost {
-                sum: "(x/2.4 m)^2 + (angle/12 deg)^2 + u^2",
-                of_state: cost_of,
-            }),
             ..About::default()
         }
     }
@@ -192,10 +182,174 @@ impl System for CartPole {
         vec![Group::new("plant", [WORLD, SENSOR, ACTUATOR])]
     }
 
+    fn signals(&self) -> Vec<Signal> {
+        const LIMIT: f64 = POLE_LIMIT_RAD / std::f64::consts::PI * 180.0;
+        vec![
+            Signal {
+                name: "pole angle".into(),
+                unit: "°".into(),
+                topic: STATE.into(),
+                value: SignalValue::new(|row| pole_angle(row).to_degrees()),
+                limits: Some([-LIMIT, LIMIT]),
+                range: [-14.0, 14.0],
+            },
+            Signal {
+                name: "cart position".into(),
+                unit: "m".into(),
+                topic: STATE.into(),
+                value: SignalValue::new(|row| row.get(3).copied().unwrap_or(f64::NAN)),
+                limits: Some([-super::CART_LIMIT_M, super::CART_LIMIT_M]),
+                range: [-2.6, 2.6],
+            },
+            Signal {
+                name: "action".into(),
+                unit: "share of 10 N".into(),
+                topic: STATE.into(),
+                value: SignalValue::new(|row| row.get(1).copied().unwrap_or(f64::NAN)),
+                limits: None,
+                range: [-1.0, 1.0],
+            },
+        ]
+    }
+
+    fn warnings(&self, setup: &Setup) -> Vec<String> {
+        let bears = || {
+            let policy = setup.message(POLICY).unwrap_or(PolicyKind::Scripted.name());
+            let [_, constant] = falls(&policy.parse().ok()?, actuator_hz())?;
+            Some(constant)
+        };
+        chunks(setup).map_or_else(Vec::new, |settings| warnings(setup, &settings, bears()))
+    }
+
+    fn overloads(&self, setup: &Setup) -> Vec<String> {
+        let asked = chunks(setup).is_some_and(|chunk| chunk.refill.is_some());
+        let nodes = [SENSOR, POLICY, PLAYER, ACTUATOR].into_iter();
+        let paced = nodes.filter(|node| !(asked && *node == POLICY));
+        let rate = |node| setup.rate(node).unwrap_or(actuator_hz());
+        let overloads = paced.filter_map(|node| overload(node, rate(node), setup));
+        overloads.collect()
+    }
+
+    fn judge(&self) -> &dyn Judge {
+        self
+    }
+
+    fn robot(&self) -> &dyn RobotInfo {
+        self
+    }
+
+    fn knobs(&self) -> &dyn SystemKnobs {
+        self
+    }
+}
+
+impl Judge for CartPole {
+    fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
+        let fall = state.and_then(pose).and_then(|pose| pose.fall());
+        let kind = match (fall, exit) {
+            (Some(Fall::Pole), _) => verdict::POLE_FELL,
+            (Some(Fall::Cart), _) => verdict::CART_LEFT_RAIL,
+            (None, ClockExit::Completed) if state.is_none() => verdict::NEVER_MOVED,
+            (None, ClockExit::Completed) => verdict::BALANCED,
+            (None, _) => verdict::STOPPED,
+        };
+        Verdict::new(kind, at)
+    }
+
+    fn verdicts(&self) -> Vec<VerdictKind> {
+        verdict::ALL.to_vec()
+    }
+
+    fn finals(&self, state: &[f64]) -> Vec<Final> {
+        vec![Final {
+            name: "final_pole_angle".into(),
+            unit: "rad".into(),
+            value: pole_angle(state),
+        }]
+    }
+
+    fn tally(&self, setup: &Setup) -> Option<Box<dyn RunTally>> {
+        chunks(setup)?;
+        Some(Box::new(ChunkTally::default()))
+    }
+
+    fn quadratic_cost(&self) -> Option<QuadraticCost> {
+        Some(QuadraticCost {
+            sum: "(x/2.4 m)^2 + (angle/12 deg)^2 + u^2",
+            of_state: cost_of,
+        })
+    }
+
+    fn lost_anyway(&self, setup: &Setup) -> Option<String> {
+        match setup.message(POLICY)?.parse().ok()? {
+            PolicySpec::BuiltIn(kind @ (PolicyKind::Zero | PolicyKind::Random)) => {
+                Some(format!("the {kind} policy balances at no rate"))
+            }
+            _ => None,
+        }
+    }
+
+    fn age_limits(&self, setup: &Setup) -> AgeLimits {
+        let named = setup.message(POLICY);
+        if named.is_none() && self.own.is_some() {
+            return AgeLimits::default();
+        }
+        let policy = named.unwrap_or(PolicyKind::Scripted.name()).parse();
+        // A plan has an action for each tick of the player, however rarely it is made.
+        let plans = chunks(setup).is_some_and(|chunk| chunk.plan != PlanKind::Hold);
+        let control = setup.rate(POLICY).filter(|_| !plans);
+        let [sensor, control] = [setup.rate(SENSOR), control].map(|hz| hz.unwrap_or(actuator_hz()));
+        let Ok(policy) = policy else {
+            return AgeLimits::default();
+        };
+        let band = falls(&policy, control);
+        AgeLimits {
+            grows: age_limit(&policy, Rates { sensor, control }).ok(),
+            may_fall: band.map(|[jittered, _]| jittered),
+            falls: band.map(|[_, constant]| constant),
+        }
+    }
+}
+
+impl RobotInfo for CartPole {
+    fn picture(&self, state: &[f64]) -> Option<Picture> {
+        Some(picture::draw(&ControlStep::from_row(state)?))
+    }
+
+    fn table(&self) -> Option<StateTable> {
+        Some(table::TABLE)
+    }
+
+    fn engine(&self) -> Option<(&str, &str)> {
+        Some(("MuJoCo", mujoco_version()))
+    }
+
+    fn joints(&self) -> &'static [Joints] {
+        &super::joints::JOINTS
+    }
+
+    fn planning(&self) -> Option<Planning> {
+        Some(PLANNING)
+    }
+
     /// No push from five control periods after the sensing behind the newest action.
     fn watchdog(&self, setup: &Setup) -> Option<String> {
         let hz = setup.rate(POLICY).map_or(CONTROL_HZ, Hz::get);
         Some(format!("on-stale zero:{}", 5.0 * 1e3 / hz))
+    }
+}
+
+impl SystemKnobs for CartPole {
+    fn aliases(&self) -> &'static [Alias] {
+        Self::KNOBS.0
+    }
+
+    fn broken(&self) -> Option<&'static str> {
+        Some("control-hz 5")
+    }
+
+    fn is_fixed(&self, knob: &Knob) -> bool {
+        matches!(knob, Knob::Parameter { node, name, .. } if FIXED.contains(&[&**node, &**name]))
     }
 
     /// Pins a policy's file to its current content.
@@ -240,11 +394,6 @@ impl System for CartPole {
         }
     }
 
-    fn tally(&self, setup: &Setup) -> Option<Box<dyn RunTally>> {
-        chunks(setup)?;
-        Some(Box::new(ChunkTally::default()))
-    }
-
     fn file(&self, node: &str, text: &str) -> Option<PathBuf> {
         match text.parse().ok().filter(|_| node == POLICY)? {
             PolicySpec::File(file) => Some(PathBuf::from(file.path)),
@@ -258,120 +407,6 @@ impl System for CartPole {
             let found = || policy.load().is_ok_and(|loaded| loaded.spec().is_program());
             policy.is_program() || looks && found()
         })
-    }
-
-    fn signals(&self) -> Vec<Signal> {
-        const LIMIT: f64 = POLE_LIMIT_RAD / std::f64::consts::PI * 180.0;
-        vec![
-            Signal {
-                name: "pole angle".into(),
-                unit: "°".into(),
-                topic: STATE.into(),
-                value: SignalValue::new(|row| pole_angle(row).to_degrees()),
-                limits: Some([-LIMIT, LIMIT]),
-                range: [-14.0, 14.0],
-            },
-            Signal {
-                name: "cart position".into(),
-                unit: "m".into(),
-                topic: STATE.into(),
-                value: SignalValue::new(|row| row.get(3).copied().unwrap_or(f64::NAN)),
-                limits: Some([-super::CART_LIMIT_M, super::CART_LIMIT_M]),
-                range: [-2.6, 2.6],
-            },
-            Signal {
-                name: "action".into(),
-                unit: "share of 10 N".into(),
-                topic: STATE.into(),
-                value: SignalValue::new(|row| row.get(1).copied().unwrap_or(f64::NAN)),
-                limits: None,
-                range: [-1.0, 1.0],
-            },
-        ]
-    }
-
-    fn latency(&self) -> Option<(&str, &str)> {
-        Some((ACTUATOR, SENSE_TO_ACT))
-    }
-
-    fn state(&self) -> Option<&str> {
-        Some(STATE)
-    }
-
-    fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
-        let fall = state.and_then(pose).and_then(|pose| pose.fall());
-        let kind = match (fall, exit) {
-            (Some(Fall::Pole), _) => verdict::POLE_FELL,
-            (Some(Fall::Cart), _) => verdict::CART_LEFT_RAIL,
-            (None, ClockExit::Completed) if state.is_none() => verdict::NEVER_MOVED,
-            (None, ClockExit::Completed) => verdict::BALANCED,
-            (None, _) => verdict::STOPPED,
-        };
-        Verdict::new(kind, at)
-    }
-
-    fn warnings(&self, setup: &Setup) -> Vec<String> {
-        let bears = || {
-            let policy = setup.message(POLICY).unwrap_or(PolicyKind::Scripted.name());
-            let [_, constant] = falls(&policy.parse().ok()?, actuator_hz())?;
-            Some(constant)
-        };
-        chunks(setup).map_or_else(Vec::new, |settings| warnings(setup, &settings, bears()))
-    }
-
-    fn overloads(&self, setup: &Setup) -> Vec<String> {
-        let asked = chunks(setup).is_some_and(|chunk| chunk.refill.is_some());
-        let nodes = [SENSOR, POLICY, PLAYER, ACTUATOR].into_iter();
-        let paced = nodes.filter(|node| !(asked && *node == POLICY));
-        let rate = |node| setup.rate(node).unwrap_or(actuator_hz());
-        let overloads = paced.filter_map(|node| overload(node, rate(node), setup));
-        overloads.collect()
-    }
-
-    fn lost_anyway(&self, setup: &Setup) -> Option<String> {
-        match setup.message(POLICY)?.parse().ok()? {
-            PolicySpec::BuiltIn(kind @ (PolicyKind::Zero | PolicyKind::Random)) => {
-                Some(format!("the {kind} policy balances at no rate"))
-            }
-            _ => None,
-        }
-    }
-
-    fn age_limits(&self, setup: &Setup) -> AgeLimits {
-        let named = setup.message(POLICY);
-        if named.is_none() && self.own.is_some() {
-            return AgeLimits::default();
-        }
-        let policy = named.unwrap_or(PolicyKind::Scripted.name()).parse();
-        // A plan has an action for each tick of the player, however rarely it is made.
-        let plans = chunks(setup).is_some_and(|chunk| chunk.plan != PlanKind::Hold);
-        let control = setup.rate(POLICY).filter(|_| !plans);
-        let [sensor, control] = [setup.rate(SENSOR), control].map(|hz| hz.unwrap_or(actuator_hz()));
-        let Ok(policy) = policy else {
-            return AgeLimits::default();
-        };
-        let band = falls(&policy, control);
-        AgeLimits {
-            grows: age_limit(&policy, Rates { sensor, control }).ok(),
-            may_fall: band.map(|[jittered, _]| jittered),
-            falls: band.map(|[_, constant]| constant),
-        }
-    }
-
-    fn verdicts(&self) -> Vec<VerdictKind> {
-        verdict::ALL.to_vec()
-    }
-
-    fn picture(&self, state: &[f64]) -> Option<Picture> {
-        Some(picture::draw(&ControlStep::from_row(state)?))
-    }
-
-    fn finals(&self, state: &[f64]) -> Vec<Final> {
-        vec![Final {
-            name: "final_pole_angle".into(),
-            unit: "rad".into(),
-            value: pole_angle(state),
-        }]
     }
 }
 

@@ -40,7 +40,7 @@ pub struct Config {
 
 impl Config {
     /// Returns the same run with the settings of the system that it does
-    /// not replace, and with its messages in recordable form; see [`System::resolve`].
+    /// not replace, and with its messages in recordable form; see [`SystemKnobs::resolve`](ratelab_system::SystemKnobs::resolve).
     ///
     /// # Errors
     /// [`BuildError::Setting`] if the system refuses a message.

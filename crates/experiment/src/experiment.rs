@@ -34,7 +34,7 @@ use ratelab_real_clock::RealClock;
 use crate::{Config, Summary, Taps, ages::AgeWatch, part};
 use ratelab_system::{
     AnswersOfNodes, BuildError, BuildInputs, BuiltGraph, MeanCost, RunTally, Setup, System,
-    WorldKind, verdict,
+    WorldKind,
 };
 
 /// The graph of a system, ready to run once.
@@ -75,7 +75,7 @@ fn listen<T: Send + 'static>(
 
 /// Begins to measure what the states of `system` cost, if it judges them.
 fn watch_cost(system: &dyn System, taps: &Taps) -> Option<Sum<MeanCost>> {
-    let (cost, state) = system.quadratic_cost().zip(system.state())?;
+    let (cost, state) = system.judge().quadratic_cost().zip(system.state())?;
     let mean = Sum::default();
     listen(taps, state, &mean, move |mean: &mut MeanCost, head, row| {
         mean.state(head.at, (cost.of_state)(row));
@@ -85,7 +85,7 @@ fn watch_cost(system: &dyn System, taps: &Taps) -> Option<Sum<MeanCost>> {
 
 /// Begins to add up the figures of `system` in a run with `setup`; `None` without figures.
 fn watch_figures(system: &dyn System, setup: &Setup, taps: &Taps) -> Option<Sum<SystemTally>> {
-    let tally = system.tally(setup)?;
+    let tally = system.judge().tally(setup)?;
     let (names, tally) = (tally.topics(), Arc::new(Mutex::new(tally)));
     for name in names {
         listen(taps, name, &tally, |tally, _, row| tally.message(name, row))?;
@@ -206,7 +206,7 @@ impl Experiment {
         refusal.map_or(Ok(()), |why| Err(BuildError::Setting(why)))
     }
 
-    /// The inputs of the run, with messages in recordable form; see [`System::resolve`].
+    /// The inputs of the run, with messages in recordable form; see [`SystemKnobs::resolve`](ratelab_system::SystemKnobs::resolve).
     pub fn config(&self) -> &Config {
         &self.config
     }
@@ -300,7 +300,7 @@ impl Experiment {
             _ => observer.now(),
         };
         let newest = [state.as_deref(), chains.as_deref()];
-        let verdict = verdict(system, &exit, sim_time, newest);
+        let verdict = system.verdict(&exit, sim_time, newest);
         let figures = self.tally.map(|tally| lock(&tally).figures());
         let summary = Summary {
             wall_time,

@@ -176,7 +176,7 @@ impl Experiment {
     /// Whether a run of it starts a process.
     fn starts_programs(&self) -> bool {
         self.config.setup.iter().any(|knob| match knob {
-            Knob::Send { node, text } => self.system.is_program(node, text, true),
+            Knob::Send { node, text } => self.system.knobs().is_program(node, text, true),
             _ => false,
         })
     }

@@ -20,7 +20,7 @@ const BACKLOG: usize = 65_536;
 pub fn header(experiment: &Experiment) -> Option<String> {
     let system = experiment.system();
     let state = system.state()?;
-    if let Some(table) = system.about().table {
+    if let Some(table) = system.robot().table() {
         return Some(table.header.to_owned());
     }
     let taps = experiment.taps();
@@ -80,7 +80,7 @@ impl StepTable {
         };
         let recorded = taps.topics().iter().map(|topic| topic.name());
         let read: Vec<&str> = recorded.filter(|name| is_read(name)).collect();
-        let table = system.about().table;
+        let table = system.robot().table();
         let names = read.iter().map(|name| format!("{}_dropped", key(name)));
         let more = table.map(|table| table.more.to_owned());
         let more = ["push_age_ms".to_owned()]

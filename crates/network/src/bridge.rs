@@ -72,9 +72,11 @@ impl Bridge {
         let (arrivals, arrived) = bounded(ARRIVALS);
         let part = LocalPart::connect(settings, experiment, here, &arrivals)?;
         let LocalPart { own, peers, .. } = &*part;
-        let mute = join::check(own, peers, system.aliases(), &|| notice(&waiting(peers)))?;
+        let mute = join::check(own, peers, system.knobs().aliases(), &|| {
+            notice(&waiting(peers))
+        })?;
         send_and_receive(&part, &taps)?;
-        let ros = ros.map(|domain| Ros::begin(domain, &part, &taps, system.about().joints));
+        let ros = ros.map(|domain| Ros::begin(domain, &part, &taps, system.robot().joints()));
         let ros = ros.transpose()?;
         answer(&part)?;
         Commands::answer(experiment, &part)?;
@@ -82,7 +84,7 @@ impl Bridge {
         let presence = net::be_present(&peers.session, &peers.keys.process(own.incarnation))?;
         let mut bridge = Self {
             part: part.clone(),
-            aliases: system.aliases(),
+            aliases: system.knobs().aliases(),
             ros,
             notice,
             _presence: presence,

@@ -148,7 +148,7 @@ impl Commands {
     /// a file here.
     fn check(&self, knob: &Knob) -> Answer {
         if let Knob::Send { node, text } = knob
-            && self.system.file(node, text).is_some()
+            && self.system.knobs().file(node, text).is_some()
         {
             return Err(format!(
                 "{text}: a file is named where it is, when {node} is started"

@@ -14,8 +14,9 @@ use ratelab::{
     sync::lock,
 };
 use ratelab_system::{
-    About, AgeLimits, Alias, BuildError, Builder, FigureValue, Group, PlantRecord, RunTally, Setup,
-    Signal, SignalValue, System, SystemFigure, Verdict, VerdictKind, WORLD,
+    About, AgeLimits, Alias, BuildError, Builder, FigureValue, Group, Judge, PlantRecord,
+    RobotInfo, RunTally, Setup, Signal, SignalValue, System, SystemFigure, SystemKnobs, Verdict,
+    VerdictKind, WORLD,
     graph_file::{PLANT, PLANT_POLICIES, PlantSpec},
     names::key,
     overload,
@@ -371,8 +372,8 @@ impl System for RobotPlant {
 
     fn about(&self) -> About<'_> {
         About {
-            engine: Some(("MuJoCo", mujoco_rs::mujoco_version())),
-            aliases: ALIASES,
+            state: Some(STATE),
+            latency: Some((ACTUATOR, SENSE_TO_ACT)),
             captions: &[
                 (SENSOR, "reads the plant"),
                 (POLICY, "decides"),
@@ -393,30 +394,40 @@ impl System for RobotPlant {
         self.coordinate_signals()
     }
 
-    fn resolve(&self, _: u64, _: &Setup, node: &str, text: &str) -> Result<String, String> {
-        let name = text.trim();
-        if node != POLICY || PLANT_POLICIES.contains(&name) {
-            return Ok(name.to_owned());
+    fn warnings(&self, setup: &Setup) -> Vec<String> {
+        let robot = &self.robot;
+        let ends = robot.at_the_end().into_iter().map(|joint| {
+            format!("{joint} is at the end of its range in this pose: theory is blind to that; try another pose")
+        });
+        let mut warnings: Vec<String> = ends.collect();
+        if let Ok((Law::Lqr(gains), hz)) = self.law_of(setup) {
+            warnings.extend(self.notes(&gains, hz));
         }
-        Err(PlantDefect::policy(name).to_string())
+        warnings
     }
 
-    fn parameter(&self, [node, name]: [&str; 2], value: &str) -> Result<String, String> {
-        if [node, name] != [SENSOR, NOISE] {
-            return Err(format!("{node} has no parameter {name:?}"));
-        }
-        let noise = value.parse::<SensorNoise>();
-        noise.map_or_else(|why| Err(why.to_string()), |noise| Ok(noise.0.to_string()))
+    fn overloads(&self, setup: &Setup) -> Vec<String> {
+        let rate = |node| setup.rate(node).unwrap_or(self.robot.spec.rate);
+        let nodes = [SENSOR, POLICY, ACTUATOR].into_iter();
+        nodes
+            .filter_map(|node| overload(node, rate(node), setup))
+            .collect()
     }
 
-    fn state(&self) -> Option<&str> {
-        Some(STATE)
+    fn judge(&self) -> &dyn Judge {
+        self
     }
 
-    fn latency(&self) -> Option<(&str, &str)> {
-        Some((ACTUATOR, SENSE_TO_ACT))
+    fn robot(&self) -> &dyn RobotInfo {
+        self
     }
 
+    fn knobs(&self) -> &dyn SystemKnobs {
+        self
+    }
+}
+
+impl Judge for RobotPlant {
     fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
         let controls = self.robot.half.len();
         let state = state.and_then(|row| row.get(controls..));
@@ -444,18 +455,6 @@ impl System for RobotPlant {
         }))
     }
 
-    fn warnings(&self, setup: &Setup) -> Vec<String> {
-        let robot = &self.robot;
-        let ends = robot.at_the_end().into_iter().map(|joint| {
-            format!("{joint} is at the end of its range in this pose: theory is blind to that; try another pose")
-        });
-        let mut warnings: Vec<String> = ends.collect();
-        if let Ok((Law::Lqr(gains), hz)) = self.law_of(setup) {
-            warnings.extend(self.notes(&gains, hz));
-        }
-        warnings
-    }
-
     /// The mean age of pushes with the longest delay that theory allows; nothing where contacts may
     /// open, which theory does not see.
     fn age_limits(&self, setup: &Setup) -> AgeLimits {
@@ -475,13 +474,33 @@ impl System for RobotPlant {
             ..AgeLimits::default()
         }
     }
+}
 
-    fn overloads(&self, setup: &Setup) -> Vec<String> {
-        let rate = |node| setup.rate(node).unwrap_or(self.robot.spec.rate);
-        let nodes = [SENSOR, POLICY, ACTUATOR].into_iter();
-        nodes
-            .filter_map(|node| overload(node, rate(node), setup))
-            .collect()
+impl RobotInfo for RobotPlant {
+    fn engine(&self) -> Option<(&str, &str)> {
+        Some(("MuJoCo", mujoco_rs::mujoco_version()))
+    }
+}
+
+impl SystemKnobs for RobotPlant {
+    fn aliases(&self) -> &'static [Alias] {
+        ALIASES
+    }
+
+    fn resolve(&self, _: u64, _: &Setup, node: &str, text: &str) -> Result<String, String> {
+        let name = text.trim();
+        if node != POLICY || PLANT_POLICIES.contains(&name) {
+            return Ok(name.to_owned());
+        }
+        Err(PlantDefect::policy(name).to_string())
+    }
+
+    fn parameter(&self, [node, name]: [&str; 2], value: &str) -> Result<String, String> {
+        if [node, name] != [SENSOR, NOISE] {
+            return Err(format!("{node} has no parameter {name:?}"));
+        }
+        let noise = value.parse::<SensorNoise>();
+        noise.map_or_else(|why| Err(why.to_string()), |noise| Ok(noise.0.to_string()))
     }
 }
 

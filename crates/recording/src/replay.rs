@@ -5,7 +5,7 @@ use std::{sync::Arc, time::Duration};
 use ratelab::{ClockExit, EventKind, Head, Push, Status, Time};
 use ratelab_experiment::{Config, Summary};
 use ratelab_metrics::{Observer, ReplayAccounts, Rows};
-use ratelab_system::{MeanCost, System, SystemFigure, verdict};
+use ratelab_system::{MeanCost, System, SystemFigure};
 
 use crate::run::Recording;
 
@@ -270,7 +270,7 @@ impl Replay {
             None => {
                 let newest = [self.newest(self.state), self.newest(self.chains)]
                     .map(|row| (!row.is_empty()).then_some(row));
-                let verdict = verdict(&*self.system, &ClockExit::Stopped, at, newest);
+                let verdict = self.system.verdict(&ClockExit::Stopped, at, newest);
                 (verdict, at, Duration::from_nanos(at.as_nanos()))
             }
         };
@@ -288,7 +288,7 @@ impl Replay {
 
     /// Returns the system's own figures of the replayed messages.
     fn figures(&self) -> Vec<SystemFigure> {
-        let Some(mut tally) = self.system.tally(&self.config().setup) else {
+        let Some(mut tally) = self.system.judge().tally(&self.config().setup) else {
             return Vec::new();
         };
         let topics = self.recording.origin.topology.topics.iter();
@@ -305,7 +305,7 @@ impl Replay {
 
     /// Returns the mean cost of the replayed states up to run time `end`.
     fn cost(&self, end: Time) -> Option<f64> {
-        let (cost, topic) = self.system.quadratic_cost().zip(self.state)?;
+        let (cost, topic) = self.system.judge().quadratic_cost().zip(self.state)?;
         let states = self.recording.topics[topic].iter();
         let mut mean = MeanCost::default();
         for (head, state) in states.take(self.replayed[topic]) {

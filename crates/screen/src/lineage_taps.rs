@@ -46,7 +46,7 @@ impl LineageTaps {
             .collect();
         let lineage = Lineage::new(topology, experiment.config().setup.iter()).keeping(KEPT);
         Self {
-            lineage: lineage.along(system.about().latency_path),
+            lineage: lineage.along(system.about().latency_path()),
             observer,
             events: 0,
             tap: Some(taps.all(BACKLOG)),

@@ -62,7 +62,7 @@ impl Playback {
         let begins = replay.begins();
         let lineage = replay.recording().lineage();
         let mut playback = Self {
-            lineage: lineage.along(replay.system().about().latency_path),
+            lineage: lineage.along(replay.system().about().latency_path()),
             observer: replay.observer(),
             replay,
             overlaps,

@@ -51,6 +51,7 @@ impl Prompt {
         let first = self.typed.split_whitespace().next().unwrap_or_default();
         let begins = |name: &&str| name.starts_with(first);
         let aliases = system
+            .knobs()
             .aliases()
             .iter()
             .map(|alias| alias.name)
@@ -208,7 +209,7 @@ impl Vocabulary<'_> {
     }
 
     fn aliases(&self) -> impl Iterator<Item = &'static Alias> {
-        self.system.aliases().iter()
+        self.system.knobs().aliases().iter()
     }
 
     fn values(&self, alias: Option<&'static Alias>) -> Vec<&str> {

@@ -19,8 +19,8 @@ pub fn watched(system: &dyn System) -> impl Iterator<Item = String> {
     let signal = signal(system).map(|signal| signal.topic.into_owned());
     let signal = signal.filter(|topic| Some(topic) != state.as_ref());
     let plans = system
-        .about()
-        .planning
+        .robot()
+        .planning()
         .map(|planning| planning.topics().map(str::to_owned));
     state
         .into_iter()

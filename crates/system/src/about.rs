@@ -1,30 +1,25 @@
-//! What a system says about itself, as data.
+//! What a system says about its graph, as data.
 
-use ratelab::{Knob, Time};
+use std::{borrow::Cow, fmt, sync::Arc};
 
-use super::{
-    Alias, DataChain, Divider, FigureLimit, Joints, Planning, PlantRecord, QuadraticCost, Setup,
-};
+use ratelab::Knob;
+
+use super::{CHAINS, DataChain, Divider, FigureLimit, PlantRecord, Setup};
 
 /// The description of a [`System`](super::System). Each part may be left out.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct About<'s> {
-    /// The engine of its plant, with the version, such as `MuJoCo` and `3.9.0`: another version
-    /// may compute other bits. Recordings contain it.
-    pub engine: Option<(&'static str, &'static str)>,
-    /// Its own names for some knobs, such as `control-hz` for `rate policy`.
-    pub aliases: &'static [Alias],
+    /// The topic of the plant's steps: each message gives a row of a table, a picture and
+    /// a verdict.
+    pub state: Option<&'s str>,
+    /// The main latency, as a node and the name of its meter. It must measure the age of
+    /// the [`origin`](ratelab::Message::origin) of each message of
+    /// [`state`](Self::state) at its publication, so that it can be computed from a
+    /// recording.
+    pub latency: Option<(&'s str, &'s str)>,
     /// The function of nodes in a few words that begin with the verb, such as `sensor` and
     /// `reads the plant`.
     pub captions: &'static [(&'static str, &'static str)],
-    /// A knob that makes runs fail, as text, such as `control-hz 5`: the setting of `--break`.
-    pub broken: Option<&'static str>,
-    /// The topics whose messages are joint states for other robot software.
-    pub joints: &'static [Joints],
-    /// The table format of its states, if it differs from run time and numbers.
-    pub table: Option<StateTable>,
-    /// The quadratic cost of its states: it rates runs that are not lost.
-    pub quadratic_cost: Option<QuadraticCost>,
     /// Its settings. The settings of a run replace them.
     pub settings: &'s [Knob],
     /// The rates that follow others.
@@ -33,20 +28,38 @@ pub struct About<'s> {
     pub graph_file: Option<&'s str>,
     /// The robot in its middle that moves by itself. Recordings contain it.
     pub plant: Option<&'s PlantRecord>,
-    /// Its chains, whose data ages are on the topic [`CHAINS`](super::CHAINS): they count in the
-    /// verdict.
+    /// Its chains, whose data ages are on the topic [`CHAINS`]: they count in the verdict.
     pub chains: &'s [DataChain],
     /// The limits for figures of its runs.
     pub limits: &'s [FigureLimit],
-    /// Where its plans are, if it plans ahead.
-    pub planning: Option<Planning>,
-    /// Parameters that may spoil a run, the worst first.
-    pub spoilers: &'static [Spoiler],
-    /// Node and name of the parameters that count for a whole run.
-    pub fixed: &'static [[&'static str; 2]],
-    /// The topics on the way of the data to the node of its latency, the sensor first; empty if
-    /// the origin of each message tells it.
-    pub latency_path: &'s [String],
+}
+
+impl<'s> About<'s> {
+    /// Returns the topics on the way of the data to the node of its latency, the sensor first; empty
+    /// if the origin of each message tells it.
+    pub fn latency_path(&self) -> &'s [String] {
+        match self.chains.first() {
+            Some(first) if self.state == Some(CHAINS) => first.topics(),
+            _ => &[],
+        }
+    }
+
+    /// Returns the function of `node`.
+    pub fn caption(&self, node: &str) -> Option<&'static str> {
+        let mut captions = self.captions.iter();
+        captions.find(|(of, _)| *of == node).map(|(_, text)| *text)
+    }
+
+    /// Returns its settings as the knobs of a run.
+    pub fn setup(&self) -> Setup {
+        self.settings.iter().cloned().collect()
+    }
+
+    /// Returns what follows from `knob` for other nodes.
+    pub fn followers(&self, knob: &Knob) -> impl Iterator<Item = Knob> {
+        let dividers = self.dividers.iter();
+        dividers.filter_map(move |divider| divider.follow(knob))
+    }
 }
 
 /// Nodes that share something beside topics.
@@ -68,55 +81,51 @@ impl Group {
     }
 }
 
-/// The format of a system's states as comma-separated values, for systems with a format
-/// of their own.
-#[derive(Clone, Copy, Debug)]
-pub struct StateTable {
-    /// Comma-separated names of the columns.
-    pub header: &'static str,
-    /// Writes a row from run time and state.
-    pub row: fn(Time, &[f64]) -> String,
-    /// Comma-separated names of columns that stand behind all others.
-    pub more: &'static str,
-    /// Writes the cells of these columns from a state.
-    pub more_cells: fn(&[f64]) -> String,
+/// A quantity over time, from the messages of one recorded topic.
+#[derive(Clone, Debug)]
+pub struct Signal {
+    /// Name, such as `pole angle`.
+    pub name: Cow<'static, str>,
+    /// Unit, such as `°`; empty if it has none.
+    pub unit: Cow<'static, str>,
+    /// Name of the topic.
+    pub topic: Cow<'static, str>,
+    /// Computes the quantity from a message's [`Fields`](ratelab_metrics::Fields).
+    pub value: SignalValue,
+    /// The least and the greatest value before the run is lost, if there are limits.
+    pub limits: Option<[f64; 2]>,
+    /// The range of its plot in normal operation: least and greatest.
+    pub range: [f64; 2],
 }
 
-/// A parameter that may spoil a run, with the value that does not.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Spoiler {
-    /// Its node.
-    pub node: &'static str,
-    /// Its name.
-    pub name: &'static str,
-    /// Its value in a run with plans that sets none.
-    pub usual: &'static str,
-    /// The value that spoils nothing.
-    pub sound: &'static str,
-    /// What any other value does, with `{}` for that.
-    pub told: &'static str,
+/// A quantity of a message.
+#[derive(Clone)]
+pub struct SignalValue(Arc<OfRow>);
+
+type OfRow = dyn Fn(&[f64]) -> f64 + Send + Sync;
+
+impl SignalValue {
+    /// Computes the quantity by `value`.
+    pub fn new(value: impl Fn(&[f64]) -> f64 + Send + Sync + 'static) -> Self {
+        Self(Arc::new(value))
+    }
+
+    /// The quantity of the message with the numbers `row`.
+    pub fn of(&self, row: &[f64]) -> f64 {
+        (self.0)(row)
+    }
 }
 
-impl About<'_> {
-    /// Whether `knob` counts for a whole run: it cannot be turned while that goes on.
-    pub fn is_fixed(&self, knob: &Knob) -> bool {
-        matches!(knob, Knob::Parameter { node, name, .. } if self.fixed.contains(&[&**node, &**name]))
+impl fmt::Debug for SignalValue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("SignalValue")
     }
+}
 
-    /// The function of `node`.
-    pub fn caption(&self, node: &str) -> Option<&'static str> {
-        let mut captions = self.captions.iter();
-        captions.find(|(of, _)| *of == node).map(|(_, text)| *text)
-    }
-
-    /// Its settings as the knobs of a run.
-    pub fn setup(&self) -> Setup {
-        self.settings.iter().cloned().collect()
-    }
-
-    /// What follows from `knob` for other nodes.
-    pub fn followers(&self, knob: &Knob) -> impl Iterator<Item = Knob> {
-        let dividers = self.dividers.iter();
-        dividers.filter_map(move |divider| divider.follow(knob))
+impl Signal {
+    /// Whether `value` is beyond the limits.
+    pub fn is_lost_at(&self, value: f64) -> bool {
+        self.limits
+            .is_some_and(|[least, greatest]| value < least || value > greatest)
     }
 }

@@ -8,7 +8,7 @@ use ratelab::{
 };
 use ratelab_metrics::{Fields, NamedTopic, RecordedTopic};
 
-use crate::{BuildError, ChainTracker, Setup, SharedWorld, System, World, WorldKind};
+use crate::{BuildError, ChainTracker, Setup, SharedWorld, World, WorldKind};
 
 /// Name of the node of a plant that moves by itself.
 pub const WORLD: &str = "world";
@@ -49,20 +49,6 @@ pub struct BuiltGraph {
     pub tracker: Option<Arc<ChainTracker>>,
 }
 
-impl BuiltGraph {
-    /// Builds the graph of `system`.
-    ///
-    /// # Errors
-    /// [`BuildError`] if the graph cannot be built, or a setting is invalid.
-    pub fn new(system: &dyn System, inputs: BuildInputs<'_>) -> Result<Self, BuildError> {
-        let mut builder = Builder::new(inputs.seed, inputs.setup, inputs.world);
-        (builder.taken, builder.here) = (inputs.taken, inputs.here);
-        builder.answers = inputs.answers;
-        system.build(&mut builder)?;
-        builder.finish(inputs.timed)
-    }
-}
-
 /// Collects the nodes and topics of a graph, with their settings.
 pub struct Builder<'a> {
     seed: u64,
@@ -71,9 +57,9 @@ pub struct Builder<'a> {
     /// Whether the system has asked for the kind of world.
     knows_worlds: bool,
     /// Knobs that a recorded run was turned by, if it is run again.
-    taken: &'a [TimedKnob],
+    pub(crate) taken: &'a [TimedKnob],
     /// What programs answered then, if they are not to be asked again.
-    answers: AnswersOfNodes,
+    pub(crate) answers: AnswersOfNodes,
     pub(crate) graph: Graph,
     pub(crate) recorded: RecordedTopics,
     /// The messages and parameters that nodes were built with.
@@ -83,7 +69,7 @@ pub struct Builder<'a> {
     /// The topics that were offered for that.
     pub(crate) offered: Vec<String>,
     /// The nodes that run in this process; `None` for all.
-    here: Option<&'a [String]>,
+    pub(crate) here: Option<&'a [String]>,
     /// Whether nodes may be in the graph that the builder does not know.
     is_open: bool,
     /// What follows the data of its chains.
@@ -384,7 +370,7 @@ impl<'a> Builder<'a> {
     /// # Errors
     /// [`BuildError::Setting`] if a setting, or a later one in `timed`, has no
     /// counterpart in the graph, or if a node refuses its message.
-    fn finish(mut self, timed: &[TimedKnob]) -> Result<BuiltGraph, BuildError> {
+    pub(crate) fn finish(mut self, timed: &[TimedKnob]) -> Result<BuiltGraph, BuildError> {
         if !self.knows_worlds && !self.world.is_course() {
             let why = "this system has no world of its own: leave the setting out";
             return Err(BuildError::Setting(why.to_owned()));

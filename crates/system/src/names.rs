@@ -52,7 +52,7 @@ pub fn node_label(system: &dyn System, node: &str) -> String {
 
 /// The first alias of this kind.
 pub fn first_alias(system: &dyn System, kind: KnobKind) -> Option<&'static Alias> {
-    let mut aliases = system.aliases().iter();
+    let mut aliases = system.knobs().aliases().iter();
     aliases.find(|alias| alias.kind() == kind)
 }
 
@@ -64,7 +64,7 @@ pub fn paced_node(system: &dyn System) -> Option<&'static str> {
 
 /// The first alias for the rate of a node for which `wanted` is true.
 pub fn rate_alias(system: &dyn System, wanted: impl Fn(&str) -> bool) -> Option<&'static Alias> {
-    let mut aliases = system.aliases().iter();
+    let mut aliases = system.knobs().aliases().iter();
     aliases.find(|alias| {
         let mut knobs = alias.knobs.iter();
         knobs.any(|(kind, of)| *kind == KnobKind::Rate && wanted(of))
@@ -80,7 +80,7 @@ pub fn shown(system: &dyn System, wanted: impl Fn(&Alias) -> bool) -> Vec<&'stat
         KnobKind::Send => first == Some(*alias) || wanted(alias),
         _ => true,
     };
-    system.aliases().iter().filter(shown).collect()
+    system.knobs().aliases().iter().filter(shown).collect()
 }
 
 /// Whether `alias` is set away from its default in `setup`.
@@ -90,7 +90,7 @@ pub fn is_set(alias: &Alias, setup: &Setup) -> bool {
 
 /// The short form of a message to a node: for a file, its name without folder and digest.
 pub fn short(system: &dyn System, node: &str, text: &str) -> String {
-    let file = system.file(node, text);
+    let file = system.knobs().file(node, text);
     let name = file.as_deref().and_then(Path::file_name);
     name.map_or_else(|| text.to_owned(), |name| name.to_string_lossy().into())
 }

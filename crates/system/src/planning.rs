@@ -25,6 +25,8 @@ pub struct Planning {
     pub longer: fn(usize) -> Knob,
     /// The knob for plans that expect this delay.
     pub expecting: fn(Duration) -> Knob,
+    /// Parameters that may spoil a run, the worst first.
+    pub spoilers: &'static [Spoiler],
 }
 
 impl Planning {
@@ -32,6 +34,21 @@ impl Planning {
     pub fn topics(&self) -> [&'static str; 3] {
         [self.plans, self.steps, self.played]
     }
+}
+
+/// A parameter that may spoil a run, with the value that does not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Spoiler {
+    /// Its node.
+    pub node: &'static str,
+    /// Its name.
+    pub name: &'static str,
+    /// Its value in a run with plans that sets none.
+    pub usual: &'static str,
+    /// The value that spoils nothing.
+    pub sound: &'static str,
+    /// What any other value does, with `{}` for that.
+    pub told: &'static str,
 }
 
 /// Actions, one after the other.

@@ -1,4 +1,7 @@
-//! Figures that a system makes of the messages of a run.
+//! Figures that a system makes of the messages of a run: counts, means, and what deviations cost long
+//! before a run is lost.
+
+use ratelab::Time;
 
 /// Adds up the messages of some recorded topics.
 pub trait RunTally: Send {
@@ -43,4 +46,45 @@ pub enum FigureValue {
     Count(u64),
     /// A quantity; `None` for a mean or a quantile of nothing.
     Number(Option<f64>),
+}
+
+/// The weighted sum of squares by which a system judges the states of its plant.
+#[derive(Clone, Copy, Debug)]
+pub struct QuadraticCost {
+    /// The sum with its weights, for people, such as `(x/2.4 m)^2 + u^2`; in
+    /// ASCII.
+    pub sum: &'static str,
+    /// The sum at a message of the topic of states, given as its
+    /// [`Fields`](ratelab_metrics::Fields).
+    pub of_state: fn(&[f64]) -> f64,
+}
+
+/// The mean of a [`QuadraticCost`] over run time: a state counts for as long as it is
+/// the newest. Before the first there is no cost.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MeanCost {
+    first: Option<Time>,
+    since: Time,
+    newest: f64,
+    area: f64,
+}
+
+impl MeanCost {
+    /// At run time `now` a state comes that costs `cost`.
+    pub fn state(&mut self, now: Time, cost: f64) {
+        self.area = self.area_at(now);
+        self.first.get_or_insert(now);
+        (self.since, self.newest) = (now, cost);
+    }
+
+    /// The mean until run time `end`; `None` if no time has passed since the first
+    /// state.
+    pub fn until(&self, end: Time) -> Option<f64> {
+        let time = end.since(self.first?).as_secs_f64();
+        (time > 0.0).then(|| self.area_at(end) / time)
+    }
+
+    fn area_at(&self, now: Time) -> f64 {
+        self.area + self.newest * now.since(self.since).as_secs_f64()
+    }
 }

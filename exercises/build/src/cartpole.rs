@@ -128,7 +128,7 @@ impl Run {
     /// (`ratelab run --clock virtual --csv FILE`): a row for each control step.
     pub fn csv(&self) -> String {
         let (Some(table), Some(steps)) =
-            (CartPole::default().about().table, self.topics.get(STATE))
+            (CartPole::default().robot().table(), self.topics.get(STATE))
         else {
             return String::new();
         };

@@ -132,7 +132,7 @@ pub fn describe(command: Command, program: &Program) -> Command {
         "duration_s" => arg.help("Run time in seconds [default: no end]"),
         _ => arg,
     });
-    let watchdog = program.system.watchdog(&Setup::default());
+    let watchdog = program.system.robot().watchdog(&Setup::default());
     let Some((name, value)) = watchdog.as_ref().and_then(|knob| knob.split_once(' ')) else {
         return command;
     };

@@ -34,7 +34,7 @@ const THEORY: &str = "theory";
 /// Adds the system's options before the options of `command`: a value for each alias.
 pub fn with_run_options(command: Command, program: &Program) -> Command {
     let mut options = Vec::new();
-    for alias in program.system.aliases() {
+    for alias in program.system.knobs().aliases() {
         let help = match alias.kind() {
             KnobKind::Rate => {
                 let (least, most) = (Hz::MIN.get(), Hz::MAX.get());
@@ -51,7 +51,7 @@ pub fn with_run_options(command: Command, program: &Program) -> Command {
         let option = option(alias, program, &help, alias.default).value_name(name);
         options.push(option.value_parser(read));
     }
-    if let Some(knob) = program.system.about().broken {
+    if let Some(knob) = program.system.knobs().broken() {
         let alias = knob.split(' ').next().unwrap_or_default();
         let place = options.iter().position(|option| *option.get_id() == alias);
         let option = flag(BREAK, format!("Break it: {knob}"));
@@ -66,7 +66,7 @@ pub fn with_run_options(command: Command, program: &Program) -> Command {
 /// Adds the system's options before the options of `command`: a list for each alias.
 pub fn with_axes(command: Command, program: &Program) -> Command {
     let knobs = program.knobs();
-    let aliases = program.system.aliases().iter().enumerate();
+    let aliases = program.system.knobs().aliases().iter().enumerate();
     let options = aliases.map(|(place, alias)| {
         let what = match alias.kind() {
             KnobKind::Rate => "a list or a range (Hz), such as 1..30",
@@ -120,7 +120,7 @@ fn option(alias: &'static Alias, program: &Program, help: &str, default: &str) -
 /// Returns whether the messages of `alias` may name a file.
 fn takes_files(alias: &Alias, program: &Program) -> bool {
     let mut nodes = alias.knobs.iter().map(|(_, node)| node);
-    nodes.any(|node| program.system.file(node, "file").is_some())
+    nodes.any(|node| program.system.knobs().file(node, "file").is_some())
 }
 
 fn flag(name: &'static str, help: String) -> Arg {

@@ -84,7 +84,7 @@ fn refuse_strangers(program: &Program, recordings: &[Arc<Recording>]) -> Result<
 /// Returns the first of the system's settings in which the recordings differ.
 fn differing(system: &dyn System, recordings: &[Arc<Recording>]) -> Option<&'static Alias> {
     let value = |alias: &Alias, of: &Recording| alias.value(&of.origin.config.setup);
-    let mut aliases = system.aliases().iter();
+    let mut aliases = system.knobs().aliases().iter();
     aliases.find(|alias| {
         let mut values = recordings.iter().map(|recording| value(alias, recording));
         let first = values.next();

@@ -10,7 +10,7 @@ pub fn print_keys(program: &Program) -> Result<(), Error> {
     let own_world = own_world(&program.system, &Config::default()).is_some();
     let has = |need| match need {
         Need::Course => program.course,
-        Need::Breakable => program.system.about().broken.is_some(),
+        Need::Breakable => program.system.knobs().broken().is_some(),
         Need::OwnWorld => own_world,
         Need::Nothing | Need::Choices | Need::SecondRate => true,
     };

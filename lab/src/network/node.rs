@@ -88,7 +88,7 @@ pub fn run(
 /// Refuses `--ros` for a graph that has no topic for it.
 pub fn check_ros(program: &Program, args: &RosArgs) -> Result<(), Error> {
     let system = &*program.system;
-    if args.ros && system.about().joints.is_empty() {
+    if args.ros && system.robot().joints().is_empty() {
         return Err(Error::BadInput(format!(
             "--ros: {} has no topic that ROS 2 nodes know, as /obs and /action of the cart-pole: \
              leave --ros out",
@@ -111,7 +111,7 @@ pub fn config(program: &Program, args: &GraphArgs) -> Result<Config, Error> {
         return Err(Error::BadInput(why.to_owned()));
     }
     let mut config = options::graph(program, args, &DEFAULTS)?.0;
-    if let Some(watchdog) = program.system.watchdog(&config.setup) {
+    if let Some(watchdog) = program.system.robot().watchdog(&config.setup) {
         let (_, knobs) = options::read_knob(program, "watchdog", &watchdog)?;
         for knob in knobs {
             if !config.setup.iter().any(|set| set.is_of(&knob)) {

@@ -67,7 +67,7 @@ fn keys(
     summary: &Summary,
     context: &ReportContext,
 ) -> Map<String, Value> {
-    let (config, knobs) = (&summary.config, KnobText(system.aliases()));
+    let (config, knobs) = (&summary.config, KnobText(system.knobs().aliases()));
     let nodes = summary.nodes.iter().map(|of| node(digits, summary, of));
     let topics = summary.topics.iter().map(topic);
     let mut keys = object(json!({
@@ -91,7 +91,7 @@ fn keys(
     if let WorldKind::Own { step_ms } = config.world {
         keys.insert("world_step_ms".to_owned(), json!(step_ms.get()));
     }
-    if let Some((_, cost)) = summary.cost.zip(system.quadratic_cost()) {
+    if let Some((_, cost)) = summary.cost.zip(system.judge().quadratic_cost()) {
         keys.insert("quadratic_cost_is_the_mean_of".to_owned(), json!(cost.sum));
     }
     if !summary.latencies.is_empty() {
@@ -136,7 +136,7 @@ pub fn finals(
     at: Time,
     state: &[f64],
 ) -> impl Iterator<Item = (String, Value)> {
-    let finals = system.finals_at(at, state).into_iter();
+    let finals = system.judge().finals_at(at, state).into_iter();
     finals.flat_map(move |figure| {
         let with_unit = key(&format!("{} {}", figure.name, figure.unit));
         let value = if figure.unit.is_empty() {

@@ -66,7 +66,7 @@ pub fn render(system: &dyn System, summary: &Summary, context: &ReportContext) -
         ("quadratic", quadratic_cost(system, summary)),
     ]));
     lines.extend(times(summary));
-    let knobs = KnobText(system.aliases());
+    let knobs = KnobText(system.knobs().aliases());
     lines.extend(changes(knobs, &summary.events));
     let late = summary.config.knobs.iter();
     let late: Vec<_> = late
@@ -138,7 +138,7 @@ fn is_told(summary: &Summary, age: &RunAge) -> bool {
 
 /// Returns what the states cost on average; a run with a fall counts until the fall.
 fn quadratic_cost(system: &dyn System, summary: &Summary) -> Option<String> {
-    let (mean, cost) = summary.cost.zip(system.quadratic_cost())?;
+    let (mean, cost) = summary.cost.zip(system.judge().quadratic_cost())?;
     let until = if summary.verdict.is_lost() {
         " until then"
     } else {
@@ -235,7 +235,7 @@ fn in_turn(mut values: Vec<String>) -> String {
 const MAX_IN_TURN: usize = 5;
 
 fn aliases_of_kind(system: &dyn System, kind: KnobKind) -> impl Iterator<Item = &'static Alias> {
-    let aliases = system.aliases().iter();
+    let aliases = system.knobs().aliases().iter();
     aliases.filter(move |alias| alias.kind() == kind)
 }
 

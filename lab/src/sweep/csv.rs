@@ -38,10 +38,15 @@ pub fn header(sweep: &Sweep, topics: &[String]) -> String {
     let dropped = topics.iter().map(|topic| format!("{}_dropped", key(topic)));
     let finals = sweep
         .system
+        .judge()
         .finals(&[])
         .into_iter()
         .map(|figure| key(&format!("{} {}", figure.name, figure.unit)));
-    let cost = sweep.system.quadratic_cost().map(|_| "quadratic_cost");
+    let cost = sweep
+        .system
+        .judge()
+        .quadratic_cost()
+        .map(|_| "quadratic_cost");
     let columns = knobs
         .map(|column| key(&column.name))
         .chain([FIGURES.to_owned()])
@@ -73,11 +78,11 @@ pub fn write(file: impl Write, header: &str, swept: &Swept) -> io::Result<()> {
             known(outcome.mean_latency_s),
         ]);
         row.extend(outcome.dropped.iter().map(ToString::to_string));
-        let finals = system.finals_at(outcome.sim_time, &outcome.state);
+        let finals = system.judge().finals_at(outcome.sim_time, &outcome.state);
         row.extend(finals.iter().map(|figure| figure.value.to_string()));
         let age = outcome.push_age;
         row.extend([age.map(|age| age.run_s), age.map(|age| age.late_s)].map(known));
-        row.extend(system.quadratic_cost().map(|_| known(outcome.cost)));
+        row.extend(system.judge().quadratic_cost().map(|_| known(outcome.cost)));
         row.extend(parts.iter().map(|part| known(part.value(outcome))));
         let ages = [
             outcome.mean_latency_s,

@@ -82,7 +82,7 @@ pub const STANDS: Figure = Figure {
 /// Returns the figures of all rows, as far as the system has them and they are asked for.
 pub fn all(summary: &SweepSummary) -> Vec<Figure> {
     let mut figures = vec![LATENCY, AGE, LOST];
-    let cost = summary.sweep.system.quadratic_cost();
+    let cost = summary.sweep.system.judge().quadratic_cost();
     figures.extend(cost.map(|_| COST));
     figures.extend(theory(summary));
     figures

@@ -36,7 +36,7 @@ pub fn text(
         "survival": rows.collect::<Vec<_>>(),
         "version": env!("CARGO_PKG_VERSION"),
     }));
-    if let Some(cost) = summary.sweep.system.quadratic_cost() {
+    if let Some(cost) = summary.sweep.system.judge().quadratic_cost() {
         whole.insert("quadratic_cost_is_the_mean_of".to_owned(), json!(cost.sum));
     }
     if let Some(by_age) = by_age {

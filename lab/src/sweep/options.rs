@@ -57,7 +57,7 @@ impl SweepArgs {
             }
             axes.push(SweepAxis::as_given());
         }
-        let first = program.system.aliases().first();
+        let first = program.system.knobs().aliases().first();
         let main = axes
             .iter()
             .position(|axis| first.is_some_and(|first| first.name == axis.name));
@@ -138,7 +138,7 @@ fn check_distinct(axes: &[SweepAxis]) -> Result<(), Error> {
 /// Adds the axis of the system's first alias if it is a rate, not yet in use, and no node refuses it
 /// with any value of the other axes.
 fn add_default(program: &Program, base: &Config, axes: &mut Vec<SweepAxis>) -> Result<(), Error> {
-    let first = program.system.aliases().first();
+    let first = program.system.knobs().aliases().first();
     if let Some(alias) = first.filter(|alias| alias.kind() == KnobKind::Rate) {
         let axis = SweepAxis::parse(program.knobs(), alias.name, DEFAULT_RATES)
             .map_err(|why| Error::BadInput(why.to_string()))?;

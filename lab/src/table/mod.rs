@@ -45,7 +45,7 @@ impl RunTables {
         let lineage = recording.lineage();
         Self {
             ages: recording.ages(&**system, &replay.summary()),
-            lineage: lineage.along(system.about().latency_path),
+            lineage: lineage.along(system.about().latency_path()),
             recording: recording.clone(),
         }
     }

@@ -15,7 +15,7 @@ use ratelab_recording::{Recording, end_of};
 
 /// Returns the bytes of a trace of `recording`, a run of `system`.
 pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
-    let lineage = recording.lineage().along(system.about().latency_path);
+    let lineage = recording.lineage().along(system.about().latency_path());
     let topology = lineage.topology();
     let mut tracks = Tracks::default();
     let nodes = tracks.group("nodes");
@@ -41,7 +41,7 @@ pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
             message(&mut tracks, lane, topic, sent);
         }
     }
-    if let Some(planning) = system.about().planning {
+    if let Some(planning) = system.robot().planning() {
         let lanes = recording.plan_lanes(&planning);
         plans(&mut tracks, planning.plans, &lanes);
     }

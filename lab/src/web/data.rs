@@ -52,7 +52,7 @@ pub fn data(recording: &Arc<Recording>, program: &Program, setting: &str) -> Val
 /// Returns the limits of the push age at the start of the run in `recording`, the least first: each
 /// in ms and with what happens beyond it; null if none is known.
 pub fn limits(recording: &Recording, system: &dyn System) -> Value {
-    let limits = system.age_limits(&recording.origin.config.setup);
+    let limits = system.judge().age_limits(&recording.origin.config.setup);
     let limits = [
         (limits.swings(), "it swings"),
         (limits.may_fall, "it may be lost"),
@@ -134,7 +134,7 @@ fn plant(recording: &Recording, system: &dyn System) -> Value {
         .collect();
     let pictures: Vec<Picture> = steps
         .iter()
-        .filter_map(|step| system.picture(rows.row(*step)))
+        .filter_map(|step| system.robot().picture(rows.row(*step)))
         .collect();
     let heads = steps.iter().map(|step| rows.heads()[*step]);
     let ages = push_ages(rows.heads());

@@ -28,7 +28,7 @@ pub(crate) use self::{
     figures::ChunkTally,
     message::{PLAYER_STEP, REQUEST},
     planner::ChunkPlanner,
-    planning::{FIXED, PLANNING, SPOILERS},
+    planning::{FIXED, PLANNING},
     player::Player,
     policy_node::ChunkPolicy,
     settings::{ChunkSettings, ExpectedDelay, Merge, PlayKind},

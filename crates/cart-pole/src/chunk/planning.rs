@@ -24,6 +24,7 @@ pub(crate) const PLANNING: Planning = Planning {
     most: 1.0,
     longer,
     expecting,
+    spoilers: SPOILERS,
 };
 
 /// The settings of chunks that count for a whole run.
@@ -34,7 +35,7 @@ pub(crate) const FIXED: &[[&str; 2]] = &[
 ];
 
 /// What makes plans wrong, whatever the delay.
-pub(crate) const SPOILERS: &[Spoiler] = &[
+const SPOILERS: &[Spoiler] = &[
     Spoiler {
         node: PLAYER,
         name: "merge",

@@ -106,7 +106,7 @@ impl Source {
             .state()
             .and_then(|state| self.taps.fields(state));
         let zeros = fields.map(|fields| vec![0.0; fields.len()]);
-        zeros.is_some_and(|zeros| self.system.picture(&zeros).is_some())
+        zeros.is_some_and(|zeros| self.system.robot().picture(&zeros).is_some())
     }
 }
 

@@ -222,7 +222,7 @@ impl RecordingWriter {
         };
         let read = || Recording::read_watched(&path, on_time).ok();
         let recording = small.then(read).flatten();
-        let planning = self.system.about().planning;
+        let planning = self.system.robot().planning();
         recording.map_or(Ok(()), |recording| {
             lanes::add(&self.rec, &recording, planning, self.is_overdue)
         })

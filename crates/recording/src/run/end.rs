@@ -74,7 +74,7 @@ pub struct RunResult {
     /// Wall time of the run.
     pub wall_time: Duration,
     /// Figures of the last state by their names; `None` for values that are not finite.
-    /// See [`System::finals`].
+    /// See [`Judge::finals`](ratelab_system::Judge::finals).
     pub finals: BTreeMap<String, Option<f64>>,
 }
 
@@ -90,10 +90,14 @@ pub struct VerdictRecord {
 impl RunResult {
     /// Creates the result of a run of `system` with this `summary`.
     pub fn new(system: &dyn System, summary: &Summary) -> Self {
-        let finals = system.finals(&summary.state).into_iter().map(|figure| {
-            let finite = Some(figure.value).filter(|value| value.is_finite());
-            (figure.name.into_owned(), finite)
-        });
+        let finals = system
+            .judge()
+            .finals(&summary.state)
+            .into_iter()
+            .map(|figure| {
+                let finite = Some(figure.value).filter(|value| value.is_finite());
+                (figure.name.into_owned(), finite)
+            });
         Self {
             verdict: VerdictRecord {
                 name: summary.verdict.name().to_owned(),

@@ -4,7 +4,7 @@ use std::fmt;
 
 use ratelab::{Topology, millis};
 use ratelab_experiment::Config;
-use ratelab_system::{About, PlantRecord, System};
+use ratelab_system::{PlantRecord, System};
 use serde::{Deserialize, Serialize};
 
 /// Version of what a recording holds. A reader refuses a later one.
@@ -17,7 +17,7 @@ pub struct Origin {
     pub format: u32,
     /// Version of ratelab.
     pub ratelab: String,
-    /// The engine of the plant, with its version; see [`About::engine`].
+    /// The engine of the plant, with its version; see [`RobotInfo::engine`](ratelab_system::RobotInfo::engine).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub engine: Option<String>,
     /// Processor and operating system, such as `x86_64-linux`: the last bit of
@@ -28,7 +28,8 @@ pub struct Origin {
     /// The text of its graph file, if any; see [`About`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub graph_file: Option<String>,
-    /// The robot in the middle of that graph, if it moves by itself; see [`About::plant`].
+    /// The robot in the middle of that graph, if it moves by itself; see
+    /// [`About::plant`](ratelab_system::About::plant).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plant: Option<PlantRecord>,
     /// The configuration at the start.
@@ -73,20 +74,15 @@ impl fmt::Display for ProcessRecord {
 impl Origin {
     /// Creates the origin of a run of `system` by this program.
     pub fn new(system: &dyn System, config: Config, topology: Topology) -> Self {
-        let About {
-            engine,
-            graph_file,
-            plant,
-            ..
-        } = system.about();
+        let (engine, about) = (system.robot().engine(), system.about());
         Self {
             format: FORMAT,
             ratelab: env!("CARGO_PKG_VERSION").to_owned(),
             engine: engine.map(|(name, version)| format!("{name} {version}")),
             platform: platform(),
             system: system.name().to_owned(),
-            graph_file: graph_file.map(str::to_owned),
-            plant: plant.cloned(),
+            graph_file: about.graph_file.map(str::to_owned),
+            plant: about.plant.cloned(),
             config,
             topology,
             digest: true,

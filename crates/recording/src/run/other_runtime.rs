@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 use ratelab::{ClockExit, ClockKind, Event, EventKind};
 use ratelab_experiment::{Config, Experiment, Summary};
 use ratelab_metrics::{Rows, TickRecord};
-use ratelab_system::{BuildError, System, verdict};
+use ratelab_system::{BuildError, System};
 
 use super::{
     end::{RecordingEnd, RunResult, RunStatus},
@@ -71,7 +71,7 @@ impl Recording {
         };
         let rows = [system.state(), system.chains()].map(|name| recording.rows(name?));
         let newest = rows.map(|rows| rows.and_then(Rows::last).map(|(_, row)| row));
-        let verdict = verdict(&**system, &run.exit, until, newest);
+        let verdict = system.verdict(&run.exit, until, newest);
         let summary = Summary {
             steps: rows[0].map_or(0, Rows::len) as u64,
             state: newest[0].map_or_else(Vec::new, <[f64]>::to_vec),

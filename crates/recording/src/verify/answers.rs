@@ -16,7 +16,7 @@ impl Recording {
     pub fn program_in_disguise(&self, system: &dyn System) -> Option<&Knob> {
         let mut messages = self.messages_to_nodes();
         messages.find_map(|(knob, [node, text])| {
-            let is_one = |looks| system.is_program(node, text, looks);
+            let is_one = |looks| system.knobs().is_program(node, text, looks);
             (is_one(true) && !is_one(false)).then_some(knob)
         })
     }
@@ -43,7 +43,8 @@ impl Recording {
     /// answers.
     pub(super) fn answers(&self, system: &dyn System) -> AnswersOfNodes {
         let messages = self.messages_to_nodes();
-        let programs = messages.filter(|(_, [node, text])| system.is_program(node, text, false));
+        let programs =
+            messages.filter(|(_, [node, text])| system.knobs().is_program(node, text, false));
         let nodes: BTreeSet<&str> = programs.map(|(_, [node, _])| node).collect();
         let answers = nodes
             .into_iter()

@@ -80,7 +80,7 @@ fn is_up_to_the_graph(system: &dyn System, command: &Command) -> bool {
 /// Returns whether the content of a file decides what becomes of `command`.
 pub fn names_a_file(system: &dyn System, command: &Command) -> bool {
     match command {
-        Command::Set(Knob::Send { node, text }) => system.file(node, text).is_some(),
+        Command::Set(Knob::Send { node, text }) => system.knobs().file(node, text).is_some(),
         _ => false,
     }
 }

@@ -7,7 +7,8 @@ use ratelab_experiment::{Config, Experiment, Summary};
 use ratelab_metrics::{Fields, Rows, fields};
 use ratelab_recording::{Recording, RunStatus, rrd::scene::signals};
 use ratelab_system::{
-    BuildError, Builder, Final, Picture, Shape, Signal, SignalValue, Style, System,
+    About, BuildError, Builder, Final, Judge, Picture, RobotInfo, Shape, Signal, SignalValue,
+    Style, System,
 };
 
 use rerun::EntityPath;
@@ -95,10 +96,23 @@ impl System for Ball {
         }]
     }
 
-    fn state(&self) -> Option<&str> {
-        Some("/the ball/fall")
+    fn about(&self) -> About<'_> {
+        About {
+            state: Some("/the ball/fall"),
+            ..About::default()
+        }
     }
 
+    fn judge(&self) -> &dyn Judge {
+        self
+    }
+
+    fn robot(&self) -> &dyn RobotInfo {
+        self
+    }
+}
+
+impl Judge for Ball {
     fn finals(&self, state: &[f64]) -> Vec<Final> {
         [("final_speed", state[1]), ("infinite", f64::INFINITY)]
             .map(|(name, value)| Final {
@@ -108,7 +122,9 @@ impl System for Ball {
             })
             .into()
     }
+}
 
+impl RobotInfo for Ball {
     fn picture(&self, state: &[f64]) -> Option<Picture> {
         let centre = [0.0, *state.first()?];
         let (from, to) = ([-1.0, 0.0], [1.0, 0.0]);

@@ -35,7 +35,7 @@ pub(super) fn available(system: &dyn System, config: &Config) -> Vec<String> {
         });
     let files = files(Path::new(FOLDER))
         .into_iter()
-        .filter(|file| system.file(node, file).is_some());
+        .filter(|file| system.knobs().file(node, file).is_some());
     let mut choices: Vec<String> = alias
         .choices
         .iter()
@@ -51,7 +51,7 @@ pub(super) fn available(system: &dyn System, config: &Config) -> Vec<String> {
     choices.sort_by_key(|text| {
         let (node, text) = (node.to_owned(), text.clone());
         let setup = Setup::default().with(Knob::Send { node, text });
-        system.lost_anyway(&setup).is_some()
+        system.judge().lost_anyway(&setup).is_some()
     });
     choices
 }
@@ -81,7 +81,7 @@ fn files(folder: &Path) -> Vec<String> {
 
 /// Returns a message to `node` with the path of its file, without the digest.
 fn unpinned(system: &dyn System, node: &str, text: &str) -> String {
-    let file = system.file(node, text);
+    let file = system.knobs().file(node, text);
     let path = file.as_ref().and_then(|file| file.to_str());
     path.unwrap_or(text).to_owned()
 }

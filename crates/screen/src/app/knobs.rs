@@ -81,7 +81,7 @@ impl App {
     }
 
     pub(super) fn second_node(&self) -> Option<&'static str> {
-        let aliases = self.system().aliases().iter();
+        let aliases = self.system().knobs().aliases().iter();
         let mut rates = aliases.filter(|alias| alias.kind() == KnobKind::Rate);
         let (_, node) = rates.nth(1)?.knobs.first()?;
         Some(node)
@@ -137,7 +137,7 @@ impl App {
 
     /// Turns the knob that breaks the system, or turns it back.
     pub(super) fn break_it(&mut self) {
-        let Some(broken) = self.system().about().broken else {
+        let Some(broken) = self.system().knobs().broken() else {
             return self.notify("this system has no knob that is known to break it");
         };
         let knobs = match self.parsed(broken) {
@@ -180,7 +180,7 @@ impl App {
 
     /// Returns the knobs in `text`.
     pub(super) fn parsed(&self, text: &str) -> Result<Vec<Knob>, KeyError> {
-        let knobs = KnobText(self.system().aliases()).parse(text);
+        let knobs = KnobText(self.system().knobs().aliases()).parse(text);
         knobs.map_err(KeyError::refused)
     }
 
@@ -201,7 +201,7 @@ impl App {
         if self.ended() {
             return self.turn_for_the_next(knobs, "the run is over");
         }
-        let is_fixed = |knob: &Knob| self.system().about().is_fixed(knob);
+        let is_fixed = |knob: &Knob| self.system().knobs().is_fixed(knob);
         let (fixed, knobs): (Vec<Knob>, Vec<Knob>) = knobs.into_iter().partition(is_fixed);
         if !fixed.is_empty() {
             self.turn_for_the_next(fixed, "a run keeps it")?;

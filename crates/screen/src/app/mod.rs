@@ -331,7 +331,7 @@ impl App {
         match needs {
             Need::Nothing => true,
             Need::Course => self.setup.course.is_some(),
-            Need::Breakable => self.system().about().broken.is_some(),
+            Need::Breakable => self.system().knobs().broken().is_some(),
             Need::Choices => !self.choices.is_empty(),
             Need::SecondRate => self.second_node().is_some(),
             Need::OwnWorld => self.own_world.is_some(),

@@ -97,7 +97,7 @@ impl Shown {
     pub fn timeline(&self, now: Time) -> Option<Timeline> {
         let acts = self.acting()?;
         let timeline = Timeline::new(self.run.lineage(), acts, self.panes.timeline, now)?;
-        let planning = self.run.system().about().planning;
+        let planning = self.run.system().robot().planning();
         let topic = planning.map_or("", |planning| planning.plans);
         Some(timeline.with_plans(topic, &self.sampler.plans.bars.lanes()))
     }

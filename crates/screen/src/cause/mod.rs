@@ -61,7 +61,7 @@ impl Facts<'_> {
     /// Returns the knobs that would take the causes away, the most important first.
     pub fn cures(&self) -> Vec<Knob> {
         let acts = acting(self.system, self.lineage.topology())
-            .filter(|_| self.system.lost_anyway(self.setup).is_none());
+            .filter(|_| self.system.judge().lost_anyway(self.setup).is_none());
         let causes = acts.map_or_else(Vec::new, |acts| self.causes(acts));
         causes.into_iter().map(|(_, cure)| cure).collect()
     }
@@ -90,7 +90,7 @@ impl Facts<'_> {
         let of_these = |tried: &&Tried| tried.cures.iter().eq(causes.iter().map(|(_, cure)| cure));
         let tried = tried.filter(of_these);
         let needed = tried.and_then(|tried| tried.needed.as_deref());
-        let (hopeless, fresh) = (self.system.lost_anyway(self.setup), self.fresh());
+        let (hopeless, fresh) = (self.system.judge().lost_anyway(self.setup), self.fresh());
         if hopeless.is_some() || (fresh.is_some() && needed.is_none()) {
             let why = hopeless.unwrap_or_else(|| self.unequal());
             let parts: Vec<String> = fresh.into_iter().chain([why]).collect();

@@ -7,7 +7,7 @@ use super::{AgeOwner, Facts};
 impl Facts<'_> {
     /// Returns what may be wrong with the plans and their playing; nothing without plans.
     pub(super) fn planners(&self) -> Vec<AgeOwner> {
-        let Some((plan, planning)) = self.plan.zip(self.system.about().planning) else {
+        let Some((plan, planning)) = self.plan.zip(self.system.robot().planning()) else {
             return Vec::new();
         };
         let publisher = |topic| self.graph.topic(topic)?.publishers.first().copied();
@@ -30,7 +30,9 @@ impl Facts<'_> {
 
     /// Returns the parameters in force that may spoil the run.
     pub(super) fn spoiled(&self) -> Vec<AgeOwner> {
-        let spoilers = self.system.about().spoilers.iter().enumerate();
+        let planning = self.system.robot().planning();
+        let spoilers = planning.map_or(&[][..], |planning| planning.spoilers);
+        let spoilers = spoilers.iter().enumerate();
         let wrong = spoilers.filter(|(_, spoiler)| self.value(spoiler) != spoiler.sound);
         let owner = |(number, spoiler): (usize, &Spoiler)| {
             let node = self.lineage.topology().node(spoiler.node)?;

@@ -238,9 +238,9 @@ impl Facts<'_> {
         let remedy = remedy.and_then(|knob| knob.replace("{}", name).parse().ok());
         match owner {
             AgeOwner::Rate(_) => self.usual_rate(name).or_else(|| self.twice_the_rate(owner)),
-            AgeOwner::Stall(_) => Some((self.system.about().planning?.longer)(self.plan?.needed)),
+            AgeOwner::Stall(_) => Some((self.system.robot().planning()?.longer)(self.plan?.needed)),
             AgeOwner::Delay(_) => {
-                let cure = (self.system.about().planning?.expecting)(self.plan?.delay);
+                let cure = (self.system.robot().planning()?.expecting)(self.plan?.delay);
                 Some(cure).filter(|cure| self.setup.iter().all(|knob| knob != cure))
             }
             AgeOwner::Spoiler { .. } => {
@@ -261,14 +261,16 @@ impl Facts<'_> {
 
     fn spoiler(&self, owner: AgeOwner) -> Option<&'static Spoiler> {
         match owner {
-            AgeOwner::Spoiler { number, .. } => self.system.about().spoilers.get(number),
+            AgeOwner::Spoiler { number, .. } => {
+                self.system.robot().planning()?.spoilers.get(number)
+            }
             _ => None,
         }
     }
 
     /// Returns the rate of node `name` at the start of a usual run, if it is higher.
     fn usual_rate(&self, name: &str) -> Option<Knob> {
-        let mut aliases = self.system.aliases().iter();
+        let mut aliases = self.system.knobs().aliases().iter();
         let alias = aliases.find(|alias| alias.knobs == [(KnobKind::Rate, name)])?;
         let hz: Hz = alias.default.parse().ok()?;
         let node = name.to_owned();
@@ -418,7 +420,7 @@ fn losses((lost, sent): (usize, usize)) -> Option<String> {
 
 /// Returns the name of the rate of `node`, and the key that raises it.
 fn rate_setting(system: &dyn System, node: &str) -> (String, Option<char>) {
-    let aliases = system.aliases().iter();
+    let aliases = system.knobs().aliases().iter();
     let mut rates = aliases
         .filter(|alias| alias.kind() == KnobKind::Rate)
         .enumerate();

@@ -71,7 +71,7 @@ fn lost(config: &Config) -> (Summary, Vec<String>, Vec<String>) {
 fn cause(graph: &Snapshot, lineage: &Lineage, setup: &Setup) -> (Vec<String>, Vec<String>) {
     with_facts(graph, lineage, (setup, &[]), |facts| {
         let acts = acting(facts.system, lineage.topology())
-            .filter(|_| facts.system.lost_anyway(setup).is_none());
+            .filter(|_| facts.system.judge().lost_anyway(setup).is_none());
         let owners = acts.map(|acts| facts.main_owners(acts)).unwrap_or_default();
         let name = |owner: AgeOwner| {
             let text = format!("{owner:?}");
@@ -101,7 +101,7 @@ fn with_facts<R>(
         lost: true,
         graph,
         lineage,
-        age: age(lineage, acts, late, system.age_limits(setup)),
+        age: age(lineage, acts, late, system.judge().age_limits(setup)),
         late,
         hangs: &Hang::at_the_start(setup),
         plan: None,
@@ -152,7 +152,7 @@ impl Played {
             let so_far = self.knobs.iter().filter(|timed| timed.at <= now);
             let in_force: Setup = so_far.map(|timed| timed.knob.clone()).collect();
             if setup.as_ref() != Some(&in_force) {
-                limits = system.age_limits(&in_force);
+                limits = system.judge().age_limits(&in_force);
                 setup = Some(in_force);
             }
             let graph = Snapshot {
@@ -277,7 +277,9 @@ fn network() -> String {
         "/../../policies/patient.safetensors"
     );
     let setup = Setup::default();
-    let pinned = CartPole::default().resolve(0, &setup, "policy", path);
+    let pinned = CartPole::default()
+        .knobs()
+        .resolve(0, &setup, "policy", path);
     pinned.expect("weights")
 }
 

@@ -64,7 +64,7 @@ impl KnobQuantity {
     /// # Errors
     /// [`AxisError`] for an unknown knob.
     pub fn axis(&self, system: &dyn System) -> Result<SweepAxis, AxisError> {
-        let knobs = KnobText(system.aliases());
+        let knobs = KnobText(system.knobs().aliases());
         SweepAxis::of(knobs, &self.name, self.texts.iter().cloned())
     }
 

@@ -84,7 +84,7 @@ impl Sampler {
         let (system, config) = (session.system(), session.config());
         let (setup, hangs) = self.knobs(config);
         let age = self.age(session, &graph, &setup);
-        let plan = (system.about().planning).and_then(|plan| self.plans.at(&plan, now));
+        let plan = (system.robot().planning()).and_then(|plan| self.plans.at(&plan, now));
         let at_rest = session.at_rest();
         self.figures.refresh(system, &graph, at_rest);
         let lit = self.lit_nodes(&graph, session.summary().is_none(), at_rest);
@@ -240,7 +240,7 @@ impl Sampler {
         if !self.limits.is(setup) {
             let system = session.shared_system().clone();
             self.limits
-                .ask(setup.clone(), move |setup| system.age_limits(setup));
+                .ask(setup.clone(), move |setup| system.judge().age_limits(setup));
         }
         self.limits.receive(session.summary().is_some());
         Some(AgeData {
@@ -265,7 +265,7 @@ impl Sampler {
             let old = self.points.len().saturating_sub(POINTS_KEPT);
             self.points.drain(..old);
         }
-        if let Some(planning) = system.about().planning {
+        if let Some(planning) = system.robot().planning() {
             self.plans.remember(&planning, topic, rows);
         }
         if system.state() == Some(topic) {
@@ -282,9 +282,9 @@ impl Sampler {
     fn judge(&mut self, system: &dyn System, head: &Head, state: &[f64]) {
         let (exit, at) = (&ClockExit::Stopped, head.at);
         let verdict = if system.chains() == system.state() {
-            ratelab_system::verdict(system, exit, at, [Some(state); 2])
+            system.verdict(exit, at, [Some(state); 2])
         } else {
-            system.verdict(exit, at, Some(state))
+            system.judge().verdict(exit, at, Some(state))
         };
         // A lost run stays lost from its first moment on.
         let lost = self.lost.take();

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use ratelab::{ClockExit, KnobKind, Time};
 use ratelab_metrics::{NodeAccount, TopicAccount};
-use ratelab_system::{Silence, Verdict, VerdictKind, acting, plant, verdict};
+use ratelab_system::{Silence, Verdict, VerdictKind, acting, plant};
 
 use crate::{
     age::Strain,
@@ -97,7 +97,7 @@ impl RunMoment<'_> {
             self.state_at
         };
         let row = (!self.state.is_empty()).then_some(self.state);
-        let ended = verdict(system, &ClockExit::Completed, at, [row; 2]);
+        let ended = system.verdict(&ClockExit::Completed, at, [row; 2]);
         let mut chains = system.about().chains.iter();
         let silence = Silence::default();
         let is_silent = chains.any(|of| of.without_data(at, self.state, &silence).is_some());

@@ -142,7 +142,7 @@ fn given_away(text: &str) -> Vec<String> {
 
 /// The limits of the push age at 50 Hz, of which 6a to 6d and 7b follow.
 fn limits() -> Vec<String> {
-    let limits = CartPole::default().age_limits(&Setup::default());
+    let limits = CartPole::default().judge().age_limits(&Setup::default());
     let limits = [limits.may_fall, limits.falls].into_iter().flatten();
     limits.map(number).collect()
 }

@@ -127,7 +127,7 @@ pub fn state(cart: f64, angle: f64, push: f64) -> Vec<f64> {
 
 /// The picture of the cart-pole in `frame`.
 pub fn picture(frame: &FrameData) -> Option<Picture> {
-    CartPole::default().picture(&frame.state)
+    CartPole::default().robot().picture(&frame.state)
 }
 
 /// The angle of [`broken`]: upright, then tipping over ever faster, with two knobs turned

@@ -3,8 +3,8 @@
 use ratelab::{Flow, Tick};
 use ratelab_metrics::fields;
 use ratelab_system::{
-    BuildError, Builder, Picture, Setup as RunSetup, Shape, Signal, SignalValue, Style, System,
-    Verdict, VerdictKind,
+    About, BuildError, Builder, Judge, Picture, RobotInfo, Setup as RunSetup, Shape, Signal,
+    SignalValue, Style, System, Verdict, VerdictKind,
 };
 
 use super::{adders::Adders, *};
@@ -73,10 +73,23 @@ impl System for Drone {
         }]
     }
 
-    fn state(&self) -> Option<&str> {
-        Some("/flight")
+    fn about(&self) -> About<'_> {
+        About {
+            state: Some("/flight"),
+            ..About::default()
+        }
     }
 
+    fn judge(&self) -> &dyn Judge {
+        self
+    }
+
+    fn robot(&self) -> &dyn RobotInfo {
+        self
+    }
+}
+
+impl Judge for Drone {
     fn verdict(&self, _: &ratelab::ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
         match state {
             Some([height, _]) if *height <= 0.0 => Verdict::new(Self::CRASHED, at),
@@ -87,7 +100,9 @@ impl System for Drone {
     fn verdicts(&self) -> Vec<VerdictKind> {
         vec![Self::FLEW, Self::CRASHED]
     }
+}
 
+impl RobotInfo for Drone {
     fn picture(&self, state: &[f64]) -> Option<Picture> {
         let &[height, _] = state else {
             return None;
@@ -277,7 +292,7 @@ fn a_write_from_outside_of_the_graph_is_noticed_while_the_run_goes_on_and_once()
 #[test]
 fn limits_of_a_system_that_has_none_are_computed_once_and_not_awaited() {
     let mut limits = Asked::default();
-    limits.ask(RunSetup::default(), |setup| Drone.age_limits(setup));
+    limits.ask(RunSetup::default(), |setup| Drone.judge().age_limits(setup));
     assert!((0..100).any(|_| {
         limits.receive(true);
         !limits.is_coming()

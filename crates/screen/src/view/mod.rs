@@ -156,7 +156,8 @@ impl ScreenState<'_> {
     /// Returns whether the system has a picture, or may have one after the first state.
     fn has_picture(&self) -> bool {
         let state = &self.frame.state;
-        self.system.state().is_some() && (state.is_empty() || self.system.picture(state).is_some())
+        self.system.state().is_some()
+            && (state.is_empty() || self.system.robot().picture(state).is_some())
     }
 }
 
@@ -222,7 +223,7 @@ fn render_pane(shown: &ScreenState<'_>, pane: Pane, sheet: Sheet<'_>) {
     match pane {
         Pane::Graph => graph::render(frame, &shown.knob_focus, sheet),
         Pane::Plant => {
-            let picture = shown.system.picture(&frame.state);
+            let picture = shown.system.robot().picture(&frame.state);
             plant::render(picture.as_ref(), &frame.verdict, sheet);
         }
         Pane::Signal => {

@@ -10,8 +10,8 @@ use super::{
     insertion::{Middle, insert},
 };
 use crate::{
-    About, BuildError, Builder, CHAINS, DataChain, Final, Group, PEAKS, Setup, Signal, SignalValue,
-    System, Verdict, VerdictKind, WorldKind,
+    About, BuildError, Builder, CHAINS, DataChain, Final, Group, Judge, PEAKS, RobotInfo, Setup,
+    Signal, SignalValue, System, SystemKnobs, Verdict, VerdictKind, WorldKind,
 };
 
 /// The system of a graph file, with another system in its middle if the file names one.
@@ -22,7 +22,6 @@ pub struct GraphSystem {
     /// Its settings, behind the settings of the system in its middle.
     settings: Vec<Knob>,
     pub(super) chains: Vec<DataChain>,
-    verdicts: Vec<VerdictKind>,
 }
 
 impl GraphFile {
@@ -45,10 +44,21 @@ impl GraphFile {
         let middle = middle.map_err(|refusal| refusal.in_text(&self.text))?;
         Ok(GraphSystem::new(self, middle))
     }
+}
 
-    /// The verdicts where all limits are kept: to the end of the run, and until it was stopped.
-    fn kept(&self) -> [VerdictKind; 2] {
-        let limits = self.chains.iter().filter_map(|spec| spec.chain.within());
+impl GraphSystem {
+    /// The system in the middle of the graph.
+    fn inner(&self) -> Option<&dyn System> {
+        Some(&*self.middle.as_ref()?.system)
+    }
+
+    /// The verdicts where all limits are kept: to the end of the run, and until it was stopped;
+    /// `None` without limits.
+    fn limited(&self) -> Option<[VerdictKind; 2]> {
+        if self.chains.iter().all(|chain| chain.limit.is_none()) {
+            return None;
+        }
+        let limits = self.chains.iter().filter_map(DataChain::within);
         let limits: Vec<String> = limits.collect();
         let limits = match &limits[..] {
             [only] => only.clone(),
@@ -59,14 +69,12 @@ impl GraphFile {
             lost: false,
             text: text.into(),
         };
-        [
+        Some([
             held("kept", format!("KEPT ({limits})")),
             held("stopped", format!("STOPPED at {{at}} (so far {limits})")),
-        ]
+        ])
     }
-}
 
-impl GraphSystem {
     /// Checks that its graph takes each setting of the file.
     ///
     /// # Errors
@@ -88,26 +96,15 @@ impl GraphSystem {
     }
 
     fn new(file: &GraphFile, middle: Option<Middle>) -> Self {
-        let inner = middle.as_ref().map(|middle| &*middle.system);
-        let about = inner.map(System::about).unwrap_or_default();
-        let chains: Vec<DataChain> = file.chains.iter().map(|spec| spec.chain.clone()).collect();
-        let mut verdicts = match inner {
-            Some(inner) => inner.verdicts(),
-            None if chains.iter().all(|chain| chain.limit.is_none()) => {
-                VerdictKind::OF_EXITS.to_vec()
-            }
-            None => file.kept().into(),
-        };
-        verdicts.extend(chains.iter().flat_map(DataChain::verdicts).cloned());
+        let about = middle.as_ref().map(|middle| middle.system.about());
+        let inner = about.map_or(&[][..], |about| about.settings).iter();
         let own = file.settings.iter().map(|placed| &placed.knob);
-        let settings = about.settings.iter().chain(own).cloned();
         Self {
-            settings: settings.collect(),
+            settings: inner.chain(own).cloned().collect(),
+            chains: file.chains.iter().map(|spec| spec.chain.clone()).collect(),
             file: file.clone(),
-            middle,
             topology: OnceLock::new(),
-            chains,
-            verdicts,
+            middle,
         }
     }
 }
@@ -177,20 +174,23 @@ impl System for GraphSystem {
         Ok(())
     }
 
-    fn inner(&self) -> Option<&dyn System> {
-        Some(&*self.middle.as_ref()?.system)
-    }
-
     fn about(&self) -> About<'_> {
-        let first = self.chains.first().filter(|_| self.middle.is_none());
-        About {
+        let about = About {
             settings: &self.settings,
             dividers: &self.file.dividers,
             graph_file: Some(&self.file.text),
             chains: &self.chains,
             limits: &self.file.limits,
-            latency_path: first.map_or(&[], DataChain::topics),
             ..self.inner().map(System::about).unwrap_or_default()
+        };
+        if self.middle.is_some() {
+            return about;
+        }
+        let first = self.chains.first();
+        About {
+            state: first.map(|_| CHAINS),
+            latency: first.map(|chain| (chain.last(), chain.name())),
+            ..about
         }
     }
 
@@ -201,54 +201,6 @@ impl System for GraphSystem {
 
     fn signals(&self) -> Vec<Signal> {
         signals(&self.file, self.inner())
-    }
-
-    fn state(&self) -> Option<&str> {
-        match self.inner() {
-            Some(inner) => inner.state(),
-            None => (!self.chains.is_empty()).then_some(CHAINS),
-        }
-    }
-
-    fn latency(&self) -> Option<(&str, &str)> {
-        match self.inner() {
-            Some(inner) => inner.latency(),
-            None => self
-                .chains
-                .first()
-                .map(|chain| (chain.last(), chain.name())),
-        }
-    }
-
-    fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
-        if let Some(inner) = self.inner() {
-            return inner.verdict(exit, at, state);
-        }
-        let limited = self.chains.iter().any(|chain| chain.limit.is_some());
-        match exit {
-            _ if !limited => Verdict::from_exit(exit, at),
-            ClockExit::Completed => Verdict::new(self.verdicts[0].clone(), at),
-            _ => Verdict::new(self.verdicts[1].clone(), at),
-        }
-    }
-
-    fn verdicts(&self) -> Vec<VerdictKind> {
-        self.verdicts.clone()
-    }
-
-    fn finals(&self, state: &[f64]) -> Vec<Final> {
-        let at = state.first().map_or(0.0, |ms| ms * 1e6);
-        self.finals_at(Time::from_nanos(at.round() as u64), state)
-    }
-
-    fn finals_at(&self, at: Time, state: &[f64]) -> Vec<Final> {
-        match self.inner() {
-            Some(inner) => inner.finals_at(at, state),
-            None => {
-                let chains = self.chains.iter();
-                chains.flat_map(|chain| chain.finals(at, state)).collect()
-            }
-        }
     }
 
     fn warnings(&self, setup: &Setup) -> Vec<String> {
@@ -262,4 +214,55 @@ impl System for GraphSystem {
         warnings.extend(self.file.idle_stamp_clocks(setup));
         warnings
     }
+
+    fn judge(&self) -> &dyn Judge {
+        match self.inner() {
+            Some(inner) => inner.judge(),
+            None => self,
+        }
+    }
+
+    fn robot(&self) -> &dyn RobotInfo {
+        match self.inner() {
+            Some(inner) => inner.robot(),
+            None => self,
+        }
+    }
+
+    fn knobs(&self) -> &dyn SystemKnobs {
+        match self.inner() {
+            Some(inner) => inner.knobs(),
+            None => self,
+        }
+    }
 }
+
+/// Judges a graph without a system in its middle: by its chains.
+impl Judge for GraphSystem {
+    fn verdict(&self, exit: &ClockExit, at: Time, _: Option<&[f64]>) -> Verdict {
+        match (self.limited(), exit) {
+            (None, _) => Verdict::from_exit(exit, at),
+            (Some([kept, _]), ClockExit::Completed) => Verdict::new(kept, at),
+            (Some([_, stopped]), _) => Verdict::new(stopped, at),
+        }
+    }
+
+    fn verdicts(&self) -> Vec<VerdictKind> {
+        self.limited()
+            .map_or_else(|| VerdictKind::OF_EXITS.to_vec(), Vec::from)
+    }
+
+    fn finals(&self, state: &[f64]) -> Vec<Final> {
+        let at = state.first().map_or(0.0, |ms| ms * 1e6);
+        self.finals_at(Time::from_nanos(at.round() as u64), state)
+    }
+
+    fn finals_at(&self, at: Time, state: &[f64]) -> Vec<Final> {
+        let chains = self.chains.iter();
+        chains.flat_map(|chain| chain.finals(at, state)).collect()
+    }
+}
+
+impl RobotInfo for GraphSystem {}
+
+impl SystemKnobs for GraphSystem {}

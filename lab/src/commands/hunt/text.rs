@@ -40,7 +40,7 @@ pub fn budget(budget: &Budget) -> String {
 /// Returns the outcome in lines: the verdict, the faults, and the evidence.
 pub fn outcome(system: &dyn System, found: &Found) -> String {
     let mut rows = vec![("verdict", found.verdict.to_string())];
-    let knobs = KnobText(system.aliases()).lines(&found.knobs);
+    let knobs = KnobText(system.knobs().aliases()).lines(&found.knobs);
     rows.extend(knobs.into_iter().map(|knob| ("fault", knob)));
     rows.push(("proven", proven(system, found)));
     rows.push(("tried", format!("{} lists of faults", found.runs)));
@@ -128,7 +128,7 @@ fn listed(parts: &[String]) -> String {
 
 /// Returns a file of knobs: the faults, after the other knobs turned in the run.
 pub fn file(system: &dyn System, found: &Found, knobs: &[TimedKnob]) -> String {
-    let lines = KnobText(system.aliases()).lines(knobs);
+    let lines = KnobText(system.knobs().aliases()).lines(knobs);
     let comment = proven(system, found);
     format!("# {comment}\n{}\n", lines.join("\n"))
 }
@@ -142,7 +142,7 @@ pub fn json(system: &dyn System, found: &Found) -> Value {
     };
     json!({
         "found": true,
-        "knobs": KnobText(system.aliases()).lines(&found.knobs),
+        "knobs": KnobText(system.knobs().aliases()).lines(&found.knobs),
         "proof": proof,
         "proven": proven(system, found),
         "lists_tried": found.runs,

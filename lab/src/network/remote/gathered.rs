@@ -11,7 +11,7 @@ use ratelab_metrics::{
     Lineage, Observer, ReplayAccounts, Rows, Snapshot, TickCauses, TickRecord, TopicRead,
 };
 use ratelab_network::telemetry::{PublishedMessage, Read, SentMessage};
-use ratelab_system::{MeanCost, RunTally, System, verdict};
+use ratelab_system::{MeanCost, RunTally, System};
 
 use super::{
     numbering::{Numbering, Totals},
@@ -67,7 +67,7 @@ impl GatheredRun {
             observer: counters.observer(),
             relay: Arc::new(Relay::new(topology, known)),
             counters,
-            lineage: lineage.along(system.about().latency_path),
+            lineage: lineage.along(system.about().latency_path()),
             config: config.clone(),
             topology: topology.clone(),
             new_rows: BTreeMap::new(),
@@ -77,7 +77,7 @@ impl GatheredRun {
             state: Vec::new(),
             chains: Vec::new(),
             cost: Some(MeanCost::default()),
-            tally: system.tally(&config.setup),
+            tally: system.judge().tally(&config.setup),
         }
     }
 
@@ -213,7 +213,7 @@ impl GatheredRun {
         if missing > 0 || (is_first && head.seq > 0) {
             self.cost = None;
         }
-        if let (Some(mean), Some(cost)) = (&mut self.cost, self.system.quadratic_cost()) {
+        if let (Some(mean), Some(cost)) = (&mut self.cost, self.system.judge().quadratic_cost()) {
             mean.state(head.stamp, (cost.of_state)(row));
         }
     }
@@ -264,7 +264,7 @@ impl GatheredRun {
         };
         let [state, chains] =
             [&self.state, &self.chains].map(|row| (!row.is_empty()).then_some(&row[..]));
-        let verdict = verdict(&*self.system, exit, at, [state, chains]);
+        let verdict = self.system.verdict(exit, at, [state, chains]);
         let summary = Summary {
             wall_time: Duration::from_nanos(at.as_nanos()),
             state: self.state.clone(),

@@ -99,7 +99,7 @@ fn theory_lines(summary: &SweepSummary, theme: &Theme) -> Vec<String> {
 
 /// Returns what the figures under `cost` are.
 fn quadratic_cost(summary: &SweepSummary) -> Option<String> {
-    let cost = summary.sweep.system.quadratic_cost()?;
+    let cost = summary.sweep.system.judge().quadratic_cost()?;
     let text = format!("cost: mean of {}, {} runs only", cost.sum, summary.good);
     Some(line("quadratic", &text))
 }

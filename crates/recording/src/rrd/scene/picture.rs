@@ -43,7 +43,7 @@ impl PictureScene {
             if self.next.is_some_and(|next| head.at < next) {
                 continue;
             }
-            let Some(picture) = self.system.picture(row) else {
+            let Some(picture) = self.system.robot().picture(row) else {
                 continue;
             };
             let first = self.next.replace(head.at + PERIOD).is_none();

@@ -1,0 +1,116 @@
+//! What is particular about the knobs of a system: names of their own, and messages that its nodes
+//! understand.
+
+use std::path::PathBuf;
+
+use ratelab::{Knob, KnobError, KnobKind, TimedKnob};
+
+use crate::Setup;
+
+/// The knobs of a [`System`](crate::System) that it has names or rules of its own for. It returns
+/// them from [`System::knobs`](crate::System::knobs).
+pub trait SystemKnobs {
+    /// Returns its own names for some knobs, such as `control-hz` for `rate policy`.
+    fn aliases(&self) -> &'static [Alias] {
+        &[]
+    }
+
+    /// Returns a knob that makes runs fail, as text, such as `control-hz 5`: the setting of `--break`.
+    fn broken(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// Returns whether `knob` counts for a whole run: it cannot be turned while that goes on.
+    fn is_fixed(&self, knob: &Knob) -> bool {
+        let _ = knob;
+        false
+    }
+
+    /// Returns the recordable form of a message to `node`, with the same meaning whenever
+    /// the run is repeated, such as a file with the digest of its content. Loads
+    /// everything that the node will need, outside of the node's thread. `seed` and
+    /// `setup` are those of the run.
+    ///
+    /// # Errors
+    /// The reason why the node would refuse the message, with a remedy.
+    fn resolve(&self, seed: u64, setup: &Setup, node: &str, text: &str) -> Result<String, String> {
+        let _ = (seed, setup, node);
+        Ok(text.to_owned())
+    }
+
+    /// Returns the shortest form of a `value` of the parameter `name` of `node`.
+    ///
+    /// # Errors
+    /// The reason why the node would refuse it, with a remedy.
+    fn parameter(&self, [node, name]: [&str; 2], value: &str) -> Result<String, String> {
+        let _ = (node, name);
+        Ok(value.to_owned())
+    }
+
+    /// Returns the file named by a message to `node`, if any: outputs of the command must not
+    /// replace it.
+    fn file(&self, node: &str, text: &str) -> Option<PathBuf> {
+        let _ = (node, text);
+        None
+    }
+
+    /// Returns whether a message to `node` names a program, which runs in a process of its own: as
+    /// the recordable form of the message says (see [`resolve`](Self::resolve)), or the file of that
+    /// name if the system `looks` at it.
+    fn is_program(&self, node: &str, text: &str, looks: bool) -> bool {
+        let _ = (node, text, looks);
+        false
+    }
+}
+
+/// A system's own name for a knob, or for several with a common value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Alias {
+    /// Name, such as `control-hz`.
+    pub name: &'static str,
+    /// The knobs: their kinds and [subjects](Knob::subject).
+    pub knobs: &'static [(KnobKind, &'static str)],
+    /// The default value.
+    pub default: &'static str,
+    /// The known values, if they can be listed; others may be valid too.
+    pub choices: &'static [&'static str],
+    /// Description for help texts.
+    pub help: &'static str,
+}
+
+impl Alias {
+    /// The kind of all its knobs.
+    pub fn kind(&self) -> KnobKind {
+        self.knobs.first().map_or(KnobKind::Send, |(kind, _)| *kind)
+    }
+
+    /// Returns the knobs, set to `value`.
+    ///
+    /// # Errors
+    /// [`KnobError`] for an invalid value.
+    pub fn set(&self, value: &str) -> Result<Vec<Knob>, KnobError> {
+        let knobs = self.knobs.iter();
+        knobs.map(|(kind, of)| kind.set(of, value)).collect()
+    }
+
+    /// The initial value: from `setup`, or else the default. If its knobs have several
+    /// values, that of the first.
+    pub fn value(&self, setup: &Setup) -> String {
+        let first = self.knobs.first();
+        let knob = first.and_then(|(kind, of)| setup.knob(*kind, of));
+        knob.map_or_else(|| self.default.to_owned(), Knob::value)
+    }
+
+    /// The common value of the knobs at the beginning of `knobs`, if they are the knobs
+    /// of this alias with one value and one time.
+    pub(super) fn value_of(&self, knobs: &[TimedKnob]) -> Option<String> {
+        let turned = knobs.get(..self.knobs.len())?;
+        let (first, value) = (turned.first()?, turned.first()?.knob.value());
+        let same = |(turned, (kind, of)): (&TimedKnob, &(KnobKind, &str))| {
+            let knob = &turned.knob;
+            let known = knob.kind() == *kind && knob.subject() == *of;
+            known && turned.at == first.at && knob.value() == value
+        };
+        turned.iter().zip(self.knobs).all(same).then_some(value)
+    }
+}
