@@ -221,12 +221,12 @@ impl<'a> VirtualStretch<'a> {
         let done = self
             .last_event
             .map_or(Time::ZERO, |last| last + Time::RESOLUTION);
-        let now = now.max(done);
+        let earliest = now.max(done);
         match self.pacer.now() {
             Some(paced) if !self.graph.control.status.paused => {
-                paced.min(self.next_event()).max(now)
+                paced.min(self.next_event()).max(earliest)
             }
-            _ => now,
+            _ => earliest,
         }
     }
 

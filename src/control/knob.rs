@@ -463,8 +463,10 @@ impl FromStr for Knob {
 
     fn from_str(text: &str) -> Result<Self, KnobError> {
         let (name, rest) = first_word(text).unwrap_or((text.trim(), ""));
-        let kind = KnobKind::ALL.into_iter().find(|kind| kind.name() == name);
-        let kind = kind.ok_or_else(|| KnobError::Name(name.to_owned()))?;
+        let kind = KnobKind::ALL
+            .into_iter()
+            .find(|kind| kind.name() == name)
+            .ok_or_else(|| KnobError::Name(name.to_owned()))?;
         let refused = || kind.refused(text.trim());
         let alone = kind.has_no_value() && !rest.is_empty();
         let words = first_word(rest).or(alone.then_some((rest, "")));

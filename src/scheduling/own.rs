@@ -239,8 +239,10 @@ impl Own {
         if times || knob.kind() == KnobKind::Late {
             self.skip_while_busy(now, plan);
         }
-        let free = self.busy_until().filter(|_| !self.task.is_triggered());
-        let free = free.map_or(now, |free| free.max(now));
+        let free = self
+            .busy_until()
+            .filter(|_| !self.task.is_triggered())
+            .map_or(now, |free| free.max(now));
         let before = self.task.set(0, knob, free, plan)?;
         if times && self.busy_until().is_none() && !self.task.is_triggered() {
             self.arm(false, plan);

@@ -107,30 +107,28 @@ impl TaskSet {
 
     /// The nodes of an executor that were on their own: one task set, or still one each.
     pub(crate) fn joined(team: Arc<Team>, own: Vec<Self>) -> Vec<Self> {
-        let own = own
-            .into_iter()
-            .map(|task_set| (task_set.scheduler.into_tasks(), task_set.members));
-        let (tasks, members): (Vec<_>, Vec<_>) = own.unzip();
-        let mut tasks: Vec<Task> = tasks.into_iter().flatten().collect();
-        let members = members.into_iter().flatten();
+        let (mut tasks, mut members) = (Vec::<Task>::new(), Vec::new());
+        for task_set in own {
+            tasks.extend(task_set.scheduler.into_tasks());
+            members.extend(task_set.members);
+        }
         if team.executor.kind().has_groups {
             tasks.iter_mut().for_each(Task::skip_first);
         }
         match team.order() {
             Some(order) => vec![Self {
                 scheduler: Scheduler::Ordered(Ordered::new(tasks, order)),
-                members: members.collect(),
+                members,
                 team: Some(team),
                 turns: 0,
             }],
-            None => {
-                let apart = tasks.into_iter().zip(members);
-                apart
-                    .map(|(task, member)| {
-                        Self::alone(Scheduler::Own(Box::new(Own::new_let(task))), member)
-                    })
-                    .collect()
-            }
+            None => tasks
+                .into_iter()
+                .zip(members)
+                .map(|(task, member)| {
+                    Self::alone(Scheduler::Own(Box::new(Own::new_let(task))), member)
+                })
+                .collect(),
         }
     }
 

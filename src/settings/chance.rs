@@ -60,9 +60,10 @@ pub fn normal_quantile(p: f64) -> f64 {
 /// Evaluates a polynomial by Horner's rule; the coefficient of the highest power comes
 /// first.
 fn polynomial(coefficients: &[f64; 8], x: f64) -> f64 {
-    let mut coefficients = coefficients.iter();
-    let first = coefficients.next().copied().unwrap_or_default();
-    coefficients.fold(first, |sum, coefficient| sum * x + coefficient)
+    let [first, others @ ..] = coefficients;
+    others
+        .iter()
+        .fold(*first, |sum, coefficient| sum * x + coefficient)
 }
 
 /// Numerator and denominator of a rational approximation.

@@ -53,7 +53,8 @@ impl FromStr for Overrun {
                 .strip_prefix(QUEUE)
                 .and_then(|count| count.parse().ok()),
         };
-        let periods = periods.ok_or_else(|| SettingError::Overrun(text.to_owned()))?;
-        Ok(Self { periods })
+        periods
+            .map(|periods| Self { periods })
+            .ok_or_else(|| SettingError::Overrun(text.to_owned()))
     }
 }

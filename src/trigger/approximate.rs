@@ -98,9 +98,9 @@ impl Approximate {
     /// Searches on while every topic has a message.
     fn process(&mut self, sets: &mut VecDeque<MessageSet>) {
         while let Some(((start_of, start), (end_of, end))) = self.boundaries() {
-            let others = self.topics.iter_mut().enumerate();
-            let others = others.filter(|(index, _)| *index != end_of);
-            others.for_each(|(_, topic)| topic.dropped = false);
+            for (index, topic) in self.topics.iter_mut().enumerate() {
+                topic.dropped &= index == end_of;
+            }
             let pivot = match &self.search {
                 None if end.since(start) > self.longest || self.topics[end_of].dropped => {
                     self.topics[start_of].messages.pop_front();

@@ -205,12 +205,15 @@ impl FromStr for Executor {
         };
         let is_it =
             |kind: &ExecutorKind| kind.name == name && kind.counts.is_some() == number.is_some();
-        let kind = KINDS.iter().position(is_it);
-        let kind = kind.ok_or_else(|| refusal(expected()))?;
-        let parsed = number.map_or(Some(1), |number| number.parse().ok());
-        let number = parsed.filter(|number| (1..=MAX_THREADS).contains(number));
+        let kind = KINDS
+            .iter()
+            .position(is_it)
+            .ok_or_else(|| refusal(expected()))?;
         let range = || refusal(format!("expected {name}:N with N from 1 to {MAX_THREADS}"));
-        let number = number.ok_or_else(range)?;
+        let number = number
+            .map_or(Some(1), |number| number.parse().ok())
+            .filter(|number| (1..=MAX_THREADS).contains(number))
+            .ok_or_else(range)?;
         Ok(Self { kind, number })
     }
 }
