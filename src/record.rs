@@ -59,7 +59,7 @@ pub enum NodeRecord {
 /// What happened on a topic.
 #[derive(Clone, Copy, Debug)]
 pub enum TopicRecord<'a> {
-    /// A message was published, after what it brought about on the topic.
+    /// A message was published. The drops and deliveries that it caused are recorded before it.
     Sent {
         /// The message without its payload.
         head: Head,
@@ -202,8 +202,8 @@ pub struct Push {
     pub sensed: Time,
 }
 
-/// Sends the records of a node or a topic to the sink of its graph. What the sender waits for is not a
-/// part of a model of threads, so its locks are the locks of `std`.
+/// Sends the records of a node or a topic to the sink of its graph. Uses the locks of `std`: the model
+/// checker does not model sinks.
 #[derive(Clone, Default)]
 pub(crate) struct RecordSender {
     sink: Arc<OnceLock<Arc<dyn Sink>>>,
@@ -224,7 +224,7 @@ impl RecordSender {
     }
 
     /// Whether anybody looks on.
-    pub(crate) fn are_heard(&self) -> bool {
+    pub(crate) fn is_heard(&self) -> bool {
         self.sink.get().is_some()
     }
 

@@ -52,8 +52,8 @@ struct SharedState<T> {
     outside: bool,
     /// Threads that wait, each with its turn.
     waiting: Vec<(u64, thread::Thread)>,
-    /// Whether the thread of the next turn may wait for the end of this one. Not in the guard, which
-    /// so is returned in registers.
+    /// Whether the drop of the guard must wake the thread of the next turn. Kept here, so that the
+    /// guard fits in registers.
     hands_on: bool,
     value: T,
 }

@@ -32,7 +32,7 @@ fn obey_without_nodes(control: &mut ControlPlane, command: &Command, at: Time) -
             Err(why) => Err(why.to_string()),
         },
         Command::Pause | Command::HandOver(_) if control.is_part() => {
-            refused("its nodes run in several processes, which share the wall's time")
+            refused("this run has several processes: it can be neither paused nor handed over")
         }
         Command::Speed(_) | Command::Step if kind == ClockKind::Real => refused(
             "the real clock knows one speed, that of the wall; hand over to the virtual clock",
@@ -52,7 +52,7 @@ fn obey_without_nodes(control: &mut ControlPlane, command: &Command, at: Time) -
     match answer {
         Err(reason) => refuse(control, command, at, &reason),
         Ok(was) => Obeyed {
-            event: control.state.applied(at, command, was),
+            event: control.state.log_applied(at, command, was),
             exit: match command {
                 Command::Stop => Some(ClockExit::Stopped),
                 Command::HandOver(next) => Some(ClockExit::HandedOver(*next)),
@@ -63,7 +63,7 @@ fn obey_without_nodes(control: &mut ControlPlane, command: &Command, at: Time) -
 }
 
 fn refuse(control: &ControlPlane, command: &Command, at: Time, reason: &str) -> Obeyed {
-    let event = control.state.refused(at, command, reason);
+    let event = control.state.log_refused(at, command, reason);
     Obeyed { event, exit: None }
 }
 
@@ -71,7 +71,7 @@ fn refuse(control: &ControlPlane, command: &Command, at: Time, reason: &str) -> 
 pub fn obey_at_rest(graph: &mut Graph, command: &Command, at: Time) -> Obeyed {
     if let Some(knob) = command.knob_of_node() {
         let answer = graph.set_node(knob, at);
-        let event = graph.control.state.answered(at, command, answer);
+        let event = graph.control.state.log_answered(at, command, answer);
         return Obeyed { event, exit: None };
     }
     let refusal = match command {

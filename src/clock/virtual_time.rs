@@ -73,7 +73,7 @@ impl Graph {
     /// Plans the arrivals of the messages that were published since the last look.
     #[inline]
     fn plan_arrivals(&mut self) {
-        self.schedule.plan(self.arrivals.take());
+        self.schedule.add_arrivals(self.arrivals.take());
     }
 
     /// Runs the graph in virtual time, as fast as it can, to `end` (s) of run time.

@@ -60,7 +60,7 @@ impl<'c> Worker<'c> {
     /// Looks for work at run time `at`.
     pub fn find(&mut self, at: Time, after: Option<AfterEnd>) -> LookResult {
         let mut schedule = self.schedule.turn();
-        schedule.plan(self.arrivals.drain(..));
+        schedule.add_arrivals(self.arrivals.drain(..));
         self.found = schedule.next_job(at, after);
         LookResult {
             node: self.found.map(|work| work.node),
@@ -83,9 +83,9 @@ impl<'c> Worker<'c> {
         Some(work.job.kind)
     }
 
-    /// That work is over at run time `ended`: for a whole tick the time now, otherwise that of its
-    /// begin, because what a tick takes is its scheduler's to plan. Ticks due before `missed_before`
-    /// are missed.
+    /// Finishes the work. `ended` is now for a whole tick, and the time of [`begin`](Self::begin)
+    /// otherwise, because the scheduler plans how long a tick takes. Ticks due before
+    /// `missed_before` are missed.
     pub fn done(&mut self, ended: Time, missed_before: Time) -> Outcome {
         let (work, began, outcome) = self.begun.take()?;
         let times = WorkTimes {
@@ -113,14 +113,18 @@ impl Worker<'_> {
         let node = schedule.node_called(knob.target())?;
         self.schedule.state.advance_to(at);
         let answer = schedule.set(node, &mut lock(&self.schedule.slots[node]), knob, at);
-        Some(self.schedule.state.answered(at, command, answer.map(Some)))
+        Some(
+            self.schedule
+                .state
+                .log_answered(at, command, answer.map(Some)),
+        )
     }
 
     /// Refuses such a command for this `reason`.
     pub fn refuse(&mut self, command: &Command, at: Time, reason: &str) -> usize {
         let _turn = self.schedule.turn();
         self.schedule.state.advance_to(at);
-        self.schedule.state.refused(at, command, reason)
+        self.schedule.state.log_refused(at, command, reason)
     }
 }
 

@@ -36,7 +36,7 @@ pub enum KnobRefusal {
     #[error("the durations in {0} were not loaded: name a file that the command can read")]
     NotLoaded(String),
     /// A message that is published already.
-    #[error("message {seq} is under way already: expected {next} or more")]
+    #[error("message {seq} is already published: choose {next} or a later one")]
     UnderWay {
         /// Its sequence number.
         seq: u64,

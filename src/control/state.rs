@@ -107,7 +107,7 @@ impl RunState {
         *lock(&self.zero)
     }
 
-    /// Sets that moment.
+    /// Sets the wall time of run time zero.
     pub fn set_zero(&self, zero: Option<Instant>) {
         *lock(&self.zero) = zero;
     }
@@ -117,7 +117,7 @@ impl RunState {
         self.waits.load(Ordering::Relaxed)
     }
 
-    /// Sets whether it may.
+    /// Sets whether run time may wait for observers.
     pub fn set_waits(&self, waits: bool) {
         self.waits.store(waits, Ordering::Relaxed);
     }
@@ -148,28 +148,28 @@ impl RunState {
         self.note(at, presence);
     }
 
-    pub(crate) fn applied(&self, at: Time, command: &Command, was: Option<String>) -> usize {
+    pub(crate) fn log_applied(&self, at: Time, command: &Command, was: Option<String>) -> usize {
         let command = command.clone();
         self.note(at, EventKind::Applied { command, was })
     }
 
     /// Logs that `command` was refused; returns the position of the event.
-    pub fn refused(&self, at: Time, command: &Command, reason: impl Into<String>) -> usize {
+    pub fn log_refused(&self, at: Time, command: &Command, reason: impl Into<String>) -> usize {
         let (command, reason) = (command.clone(), reason.into());
         self.note(at, EventKind::Refused { command, reason })
     }
 
     /// Logs a node's answer to `command`: the replaced value, or the reason for its
     /// refusal.
-    pub(crate) fn answered(
+    pub(crate) fn log_answered(
         &self,
         at: Time,
         command: &Command,
         answer: Result<Option<Knob>, KnobRefusal>,
     ) -> usize {
         match answer {
-            Ok(before) => self.applied(at, command, command.replaced(before.as_ref())),
-            Err(reason) => self.refused(at, command, reason.to_string()),
+            Ok(before) => self.log_applied(at, command, command.replaced(before.as_ref())),
+            Err(reason) => self.log_refused(at, command, reason.to_string()),
         }
     }
 }

@@ -63,7 +63,7 @@ pub enum GraphError {
     #[error("there is no node {0:?} for the executor {1}: add the node first")]
     UnknownCallback(String, String),
     /// An executor is to have a node of another executor.
-    #[error("{0:?} has an executor already: give each node one")]
+    #[error("node {0:?} is already in an executor: list it once")]
     SecondExecutor(String),
     /// A number that is not a rate.
     #[error(transparent)]

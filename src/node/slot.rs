@@ -112,12 +112,12 @@ impl NodeSlot {
         }
     }
 
-    /// Does a job at run time `now`. A whole tick `lasts` under the real clock, which then has its
-    /// begin and its end recorded.
+    /// Does a job at run time `now`. The real clock asks to `record_span`: the begin and the end of a
+    /// whole tick.
     #[inline]
-    pub(crate) fn work(&mut self, job: Job, now: Time, lasts: bool) -> TickResult {
+    pub(crate) fn work(&mut self, job: Job, now: Time, record_span: bool) -> TickResult {
         match job.kind {
-            JobKind::Tick { .. } => self.tick(now, lasts),
+            JobKind::Tick { .. } => self.tick(now, record_span),
             JobKind::Begin => self.begin_lasting(now, job.lateness()),
             JobKind::End => self.end_lasting(now),
         }
@@ -129,7 +129,7 @@ impl NodeSlot {
         let WorkTimes { began, took, .. } = times;
         match job.kind {
             JobKind::Tick { is_instant } => {
-                self.took(times.ended.since(began));
+                self.set_last_tick(times.ended.since(began));
                 self.record(|| TickTimes {
                     number: self.tick.number(),
                     at: began,
@@ -149,10 +149,10 @@ impl NodeSlot {
         }
     }
 
-    /// Runs a whole tick, which `lasts` under the real clock.
-    fn tick(&mut self, now: Time, lasts: bool) -> TickResult {
+    /// Runs a whole tick, and may record its begin and its end.
+    fn tick(&mut self, now: Time, record_span: bool) -> TickResult {
         self.tick.begin(now, false);
-        if lasts {
+        if record_span {
             self.record_begin(now);
         }
         let outcome = self.unless_panicked(|node, tick| {
@@ -160,7 +160,7 @@ impl NodeSlot {
             tick.end(now);
             Ok(flow.and(node.apply(tick)?))
         });
-        if lasts {
+        if record_span {
             self.record_end();
         }
         outcome
@@ -205,7 +205,7 @@ impl NodeSlot {
         let Some(running) = self.running.take() else {
             return applied;
         };
-        self.took(now.since(running.began));
+        self.set_last_tick(now.since(running.began));
         if !running.noted {
             self.record(|| running.times(Some(now)));
         }
@@ -231,7 +231,7 @@ impl NodeSlot {
     }
 
     #[inline]
-    fn took(&self, duration: Duration) {
+    fn set_last_tick(&self, duration: Duration) {
         if let Some(last_tick) = &self.ends.last_tick {
             last_tick.set(duration);
         }

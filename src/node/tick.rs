@@ -102,15 +102,15 @@ impl Tick {
         }
     }
 
-    /// Begins the next tick; one that `lasts` holds its messages back.
+    /// Begins the next tick, which may hold its messages back until it ends.
     #[inline]
-    pub(crate) fn begin(&mut self, now: Time, lasts: bool) {
+    pub(crate) fn begin(&mut self, now: Time, holds: bool) {
         let number = self.id.map_or(0, |last| last.number + 1);
         let node = self.records.index();
         self.id = Some(TickId { node, number });
         self.now = now;
         self.is_over = false;
-        self.holds = lasts;
+        self.holds = holds;
         self.effect = None;
     }
 
@@ -174,7 +174,7 @@ impl Tick {
     /// [`Node::apply`](crate::Node::apply) may have come after its tick began.
     #[inline]
     pub fn read<T: Payload>(&mut self, from: &mut Subscription<T>) -> Option<Message<T>> {
-        let message = from.newest(self.now, self.number())?;
+        let message = from.read(self.now, self.number())?;
         self.add_read(from.key(), message.cause(), false);
         Some(message)
     }

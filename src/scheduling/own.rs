@@ -64,14 +64,14 @@ impl Own {
     }
 
     /// Counts the due times before `end` that pass during the current tick.
-    fn skip_while_busy(&mut self, end: Time, plan: &Timetable<'_>) {
+    fn skip_while_busy(&mut self, end: Time, timetable: &Timetable<'_>) {
         if let Some(free) = self.busy_until() {
-            self.task.skip_before(free.min(end), plan);
+            self.task.skip_before(free.min(end), timetable);
         }
     }
 
     /// Delays a tick that is due now by its lateness; `false` if it can start now.
-    fn is_delayed(&mut self, due: Time, now: Time) -> bool {
+    fn delay_start(&mut self, due: Time, now: Time) -> bool {
         let starts = now + self.task.lateness();
         self.waiting = (starts > now).then_some(Waiting { due, starts });
         self.waiting.is_some()
@@ -80,15 +80,15 @@ impl Own {
     /// Plans what it has begun or may begin next: when it is due, or now if a message waits; late
     /// in virtual time if its thread was `asleep`.
     #[inline]
-    fn arm(&mut self, asleep: bool, plan: &mut Timetable<'_>) {
-        let now = plan.now();
+    fn arm(&mut self, asleep: bool, timetable: &mut Timetable<'_>) {
+        let now = timetable.now();
         if self.task.crashed {
             return;
         }
         if let Some(running) = self.task.running {
-            return plan.alarm(running.ends, Phase::End, 0);
+            return timetable.alarm(running.ends, Phase::End, 0);
         }
-        let is_virtual = plan.clock() == ClockKind::Virtual;
+        let is_virtual = timetable.clock() == ClockKind::Virtual;
         let waits = match &self.task.trigger {
             // The end of a tick comes before what arrives at the same instant.
             Some(_) if is_virtual && !asleep => self.heard,
@@ -96,28 +96,28 @@ impl Own {
             None => false,
         };
         let waits = waits && self.waiting.is_none();
-        if waits && !(is_virtual && asleep && self.is_delayed(now, now)) {
+        if waits && !(is_virtual && asleep && self.delay_start(now, now)) {
             let (due, starts) = (now, now);
             self.waiting = Some(Waiting { due, starts });
         }
         let starts = self.waiting.map(|waiting| waiting.starts);
-        plan.alarm(starts.unwrap_or_else(|| self.task.due()), Phase::Start, 0);
+        timetable.alarm(starts.unwrap_or_else(|| self.task.due()), Phase::Start, 0);
     }
 
     /// Begins a tick, if it is due and free.
     #[inline]
-    fn start(&mut self, plan: &mut Timetable<'_>) -> Option<Job> {
-        let now = plan.now();
+    fn start(&mut self, timetable: &mut Timetable<'_>) -> Option<Job> {
+        let now = timetable.now();
         if self.task.crashed || self.task.running.is_some() {
             return None;
         }
-        let is_virtual = plan.clock() == ClockKind::Virtual;
+        let is_virtual = timetable.clock() == ClockKind::Virtual;
         let due = match self.waiting {
             Some(waiting) if waiting.starts > now => return None,
-            Some(_) if plan.is_over() && self.task.is_triggered() => return None,
+            Some(_) if timetable.is_over() && self.task.is_triggered() => return None,
             Some(waiting) => {
                 if is_virtual {
-                    self.task.skip_before(now + Time::RESOLUTION, plan);
+                    self.task.skip_before(now + Time::RESOLUTION, timetable);
                 }
                 (self.waiting, self.woke) = (None, Some(now));
                 match &mut self.task.trigger {
@@ -132,26 +132,27 @@ impl Own {
             None if self.task.due() > now => return None,
             None => {
                 let due = self.task.take_due();
-                self.task.skip_same_instant(due, plan);
+                self.task.skip_same_instant(due, timetable);
                 // A thread that did not sleep when the tick was due does not wake late.
-                if is_virtual && due == now && self.woke != Some(now) && self.is_delayed(due, now) {
-                    self.arm(false, plan);
+                if is_virtual && due == now && self.woke != Some(now) && self.delay_start(due, now)
+                {
+                    self.arm(false, timetable);
                     return None;
                 }
                 Some(due)
             }
         };
         if due.is_none() {
-            self.arm(false, plan);
+            self.arm(false, timetable);
         }
-        due.map(|due| self.job(due, plan))
+        due.map(|due| self.job(due, timetable))
     }
 
     /// The begin of the tick that was `due`.
     #[inline]
-    fn job(&mut self, due: Time, plan: &Timetable<'_>) -> Job {
-        let now = plan.now();
-        let is_virtual = plan.clock() == ClockKind::Virtual;
+    fn job(&mut self, due: Time, timetable: &Timetable<'_>) -> Job {
+        let now = timetable.now();
+        let is_virtual = timetable.clock() == ClockKind::Virtual;
         let skips = !self.task.is_triggered();
         let known = self.task.has_times && (now > due || !self.task.wakes.is_none());
         let lateness = (!is_virtual || !skips || known).then(|| now.since(due));
@@ -160,59 +161,67 @@ impl Own {
             let takes = self.task.end_of_period(free).since(now);
             self.task.begins(takes)
         } else {
-            self.task.next_job(plan.clock())
+            self.task.next_job(timetable.clock())
         };
         Job::new(0, kind).late(lateness)
     }
 
     /// A job is done; ticks due before `missed_before` are missed.
     #[inline]
-    fn done(&mut self, kind: JobKind, missed_before: Time, plan: &mut Timetable<'_>) {
+    fn done(&mut self, kind: JobKind, missed_before: Time, timetable: &mut Timetable<'_>) {
         match kind {
             JobKind::Begin => {
-                self.task.begin(plan.now());
+                self.task.begin(timetable.now());
             }
             JobKind::End => {
                 let running = self.task.running.take();
                 // The next tick begins where this one was to end.
                 let ends = running.filter(|_| self.is_let).map(|running| running.ends);
                 let missed_before = ends.map_or(missed_before, |ends| ends.min(missed_before));
-                self.task.skip_before(missed_before, plan);
+                self.task.skip_before(missed_before, timetable);
             }
-            JobKind::Tick { .. } => self.task.skip_before(missed_before, plan),
+            JobKind::Tick { .. } => self.task.skip_before(missed_before, timetable),
         }
-        self.arm(false, plan);
+        self.arm(false, timetable);
     }
 }
 
 impl Own {
     /// Hears of an event; returns the job to be done now.
     #[inline]
-    pub(crate) fn on(&mut self, event: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job> {
-        let now = plan.now();
+    pub(crate) fn on(
+        &mut self,
+        event: SchedulerEvent,
+        timetable: &mut Timetable<'_>,
+    ) -> Option<Job> {
+        let now = timetable.now();
         match event {
             SchedulerEvent::Alarm { phase, .. } => {
                 return match phase {
                     Phase::End if self.task.is_over(now) => Some(Job::new(0, JobKind::End)),
-                    Phase::Start => self.start(plan),
+                    Phase::Start => self.start(timetable),
                     _ => None,
                 };
             }
-            SchedulerEvent::Done { job, missed_before } => self.done(job.kind, missed_before, plan),
+            SchedulerEvent::Done { job, missed_before } => {
+                self.done(job.kind, missed_before, timetable)
+            }
             SchedulerEvent::Arrived { .. } | SchedulerEvent::Opened { .. } => {
                 self.heard = true;
-                self.arm(true, plan);
+                self.arm(true, timetable);
             }
             SchedulerEvent::Crashed { .. } => {
-                self.skip_while_busy(now, plan);
+                self.skip_while_busy(now, timetable);
                 self.task.crash();
                 self.waiting = None;
             }
             SchedulerEvent::Restarted { .. } => {
                 self.task.restart(now);
-                self.arm(true, plan);
+                self.arm(true, timetable);
             }
-            SchedulerEvent::Closed { missed_before } => self.skip_while_busy(missed_before, plan),
+            SchedulerEvent::Closed { missed_before } => {
+                self.skip_while_busy(missed_before, timetable)
+            }
             SchedulerEvent::Choose => {}
         }
         None
@@ -232,20 +241,20 @@ impl Own {
     pub(crate) fn set(
         &mut self,
         knob: &Knob,
-        plan: &mut Timetable<'_>,
+        timetable: &mut Timetable<'_>,
     ) -> Result<Knob, KnobRefusal> {
-        let now = plan.now();
+        let now = timetable.now();
         let times = knob.kind().sets(TickTiming::Due);
         if times || knob.kind() == KnobKind::Late {
-            self.skip_while_busy(now, plan);
+            self.skip_while_busy(now, timetable);
         }
         let free = self
             .busy_until()
             .filter(|_| !self.task.is_triggered())
             .map_or(now, |free| free.max(now));
-        let before = self.task.set(0, knob, free, plan)?;
+        let before = self.task.set(0, knob, free, timetable)?;
         if times && self.busy_until().is_none() && !self.task.is_triggered() {
-            self.arm(false, plan);
+            self.arm(false, timetable);
         }
         Ok(before)
     }

@@ -154,7 +154,7 @@ impl Schedule {
     /// Begins the task sets at run time `now`, with what arrives from then on.
     pub(crate) fn open(&mut self, now: Time, arrivals: impl IntoIterator<Item = Arrival>) {
         let anew = take(&mut self.is_behind);
-        self.plan(arrivals);
+        self.add_arrivals(arrivals);
         self.send_all(SchedulerEvent::Opened { anew }, now);
     }
 
@@ -292,7 +292,7 @@ impl Schedule {
 
     /// Plans the arrivals of messages.
     #[inline]
-    pub(crate) fn plan(&mut self, arrivals: impl IntoIterator<Item = Arrival>) {
+    pub(crate) fn add_arrivals(&mut self, arrivals: impl IntoIterator<Item = Arrival>) {
         for Arrival { at, node, input } in arrivals {
             self.agenda.add_arrival(at, node, input);
         }

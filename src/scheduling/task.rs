@@ -161,26 +161,26 @@ impl Task {
 
     /// Counts the ticks of a node on its own that were due before `time`, and do not wait, as missed.
     #[inline]
-    pub(crate) fn skip_before(&mut self, time: Time, plan: &Timetable<'_>) {
+    pub(crate) fn skip_before(&mut self, time: Time, timetable: &Timetable<'_>) {
         if !self.is_triggered() && self.when(self.rate.due()) < time {
-            self.skip_impatient(time - self.overrun.patience(self.rate.hz()), plan);
+            self.skip_impatient(time - self.overrun.patience(self.rate.hz()), timetable);
         }
     }
 
     /// Counts the ticks that a clock with a step has due at the same instant as the one that was
     /// taken; a timer of ROS is called once for all of them.
     #[inline]
-    pub(crate) fn skip_same_instant(&mut self, due: Time, plan: &Timetable<'_>) {
+    pub(crate) fn skip_same_instant(&mut self, due: Time, timetable: &Timetable<'_>) {
         if self.clock.is_some() {
-            self.skip_before(due + Time::RESOLUTION, plan);
+            self.skip_before(due + Time::RESOLUTION, timetable);
         }
     }
 
     /// Counts the ticks that were due before `patient`, from which on they wait.
-    fn skip_impatient(&mut self, patient: Time, plan: &Timetable<'_>) {
+    fn skip_impatient(&mut self, patient: Time, timetable: &Timetable<'_>) {
         if self.when(self.rate.due()) < patient {
             let missed = self.pass(patient) + 1;
-            plan.skipped(0, missed);
+            timetable.record_skipped(0, missed);
         }
     }
 
@@ -355,7 +355,7 @@ impl Task {
         member: usize,
         knob: &Knob,
         free: Time,
-        plan: &Timetable<'_>,
+        timetable: &Timetable<'_>,
     ) -> Result<Knob, KnobRefusal> {
         use std::mem::replace;
         let kind = knob.kind();
@@ -363,8 +363,8 @@ impl Task {
         let node = knob.target().to_owned();
         Ok(match knob {
             Knob::Rate { hz, .. } => {
-                let before = self.set_hz(*hz, plan.now(), free);
-                plan.rated(member, *hz);
+                let before = self.set_hz(*hz, timetable.now(), free);
+                timetable.record_rate(member, *hz);
                 Knob::Rate { node, hz: before }
             }
             Knob::Offset { offset, .. } => {
@@ -391,18 +391,18 @@ impl Task {
                 Knob::Takes { node, cost }
             }
             Knob::Clock { error, .. } => {
-                let clock = LocalClock::new(plan.now(), *error);
+                let clock = LocalClock::new(timetable.now(), *error);
                 let before = self.clock.replace(clock).unwrap_or_default();
-                self.stamp(member, plan);
+                self.stamp(member, timetable);
                 let shown = self.shows(free);
                 self.rate.resume(shown);
                 let error = before.error;
                 Knob::Clock { node, error }
             }
             Knob::StampClock { error, .. } => {
-                let clock = LocalClock::new(plan.now(), *error);
+                let clock = LocalClock::new(timetable.now(), *error);
                 let before = self.stamp_clock.replace(clock).or(self.clock);
-                self.stamp(member, plan);
+                self.stamp(member, timetable);
                 let error = before.unwrap_or_default().error;
                 Knob::StampClock { node, error }
             }
@@ -411,9 +411,9 @@ impl Task {
     }
 
     /// Stamps its messages by the clock for stamps.
-    fn stamp(&self, member: usize, plan: &Timetable<'_>) {
+    fn stamp(&self, member: usize, timetable: &Timetable<'_>) {
         if let Some(clock) = self.stamp_clock.or(self.clock) {
-            plan.stamp_by(member, clock);
+            timetable.stamp_by(member, clock);
         }
     }
 

@@ -1,8 +1,8 @@
 //! Nodes with one scheduler.
 //!
 //! A node begins on its own. An executor joins the task sets of its nodes. A clock with threads takes
-//! all task sets of a graph ([`Graph::apart`](crate::Graph::apart)); where each node of an executor is
-//! to have a thread, the clock splits that task set until its threads have ended.
+//! all task sets of a graph ([`Graph::apart`](crate::Graph::apart)). If each node of an executor needs
+//! its own thread, the clock splits the task set while its threads run.
 
 use std::collections::BTreeSet;
 
@@ -43,13 +43,17 @@ pub(crate) enum Scheduler {
 }
 
 impl Scheduler {
-    /// Hears of an event at `plan.now()`; returns the job to be done now. An alarm that is no longer
+    /// Hears of an event at `timetable.now()`; returns the job to be done now. An alarm that is no longer
     /// of use does no harm.
     #[inline]
-    pub(crate) fn on(&mut self, event: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job> {
+    pub(crate) fn on(
+        &mut self,
+        event: SchedulerEvent,
+        timetable: &mut Timetable<'_>,
+    ) -> Option<Job> {
         match self {
-            Self::Own(own) => own.on(event, plan),
-            Self::Ordered(ordered) => ordered.on(event, plan),
+            Self::Own(own) => own.on(event, timetable),
+            Self::Ordered(ordered) => ordered.on(event, timetable),
         }
     }
 
@@ -74,11 +78,11 @@ impl Scheduler {
         &mut self,
         member: usize,
         knob: &Knob,
-        plan: &mut Timetable<'_>,
+        timetable: &mut Timetable<'_>,
     ) -> Result<Knob, KnobRefusal> {
         match self {
-            Self::Own(own) => own.set(knob, plan),
-            Self::Ordered(ordered) => ordered.set(member, knob, plan),
+            Self::Own(own) => own.set(knob, timetable),
+            Self::Ordered(ordered) => ordered.set(member, knob, timetable),
         }
     }
 

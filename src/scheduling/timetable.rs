@@ -180,14 +180,14 @@ impl Timetable<'_> {
     }
 
     /// Counts due times of a node that passed while it was busy.
-    pub(crate) fn skipped(&self, member: usize, ticks: u64) {
+    pub(crate) fn record_skipped(&self, member: usize, ticks: u64) {
         if ticks > 0 {
             self.record(member, NodeRecord::Skipped(ticks));
         }
     }
 
     /// Records another rate of a node.
-    pub(crate) fn rated(&self, member: usize, hz: Hz) {
+    pub(crate) fn record_rate(&self, member: usize, hz: Hz) {
         self.record(member, NodeRecord::Rate(hz));
     }
 

@@ -12,8 +12,7 @@ use crate::{
 /// A topic, regardless of its payload.
 pub(crate) trait AnyTopic: Send {
     /// Sets a knob of the topic, or of its link in a run with this `seed`, for messages published
-    /// from run time `now` on; returns the knob
-    /// that was in force.
+    /// from run time `now` on; returns the knob that was in force.
     ///
     /// # Errors
     /// [`KnobRefusal`] for a message that is published already, and for a knob of a node.

@@ -50,7 +50,7 @@ impl<T> Message<T> {
         self.origin.unwrap_or(self.stamp)
     }
 
-    /// What another message that is derived from this one has of it.
+    /// What a message derived from this one inherits from it.
     #[inline]
     pub fn cause(&self) -> Cause {
         let (topic, seq) = (self.topic, self.seq);
@@ -84,8 +84,7 @@ impl Cause {
         Self { sensed, ..self }
     }
 
-    /// Whether it counts, and not the other one: the data of the first source, and of one source the
-    /// newest.
+    /// Whether these data take precedence: the lower source rank first, then the newer sensing.
     #[inline]
     pub(crate) fn is_before(&self, other: &Self) -> bool {
         let is_newer = self.source == other.source && self.sensed > other.sensed;

@@ -75,8 +75,8 @@ impl<T: Payload> Queue<T> {
         }
     }
 
-    /// Adds a reader, of a `node` of a graph or outside of one; returns its index. It has seen all
-    /// that is delivered.
+    /// Adds a reader: at `place` among the readers of a graph's topic, or outside of a graph (`None`);
+    /// returns its index. The reader has seen all that is delivered.
     pub(super) fn add_reader(&mut self, place: Option<usize>) -> usize {
         let next = (self.transit.as_ref()).map_or(self.next_seq, |transit| transit.next_delivered);
         let reader = TopicReader::new(next, place);
@@ -202,7 +202,7 @@ impl<T: Payload> Queue<T> {
     /// Sends the record of the newest message.
     #[inline]
     pub(super) fn record_newest(&self) {
-        let Some(records) = self.records.as_ref().filter(|records| records.are_heard()) else {
+        let Some(records) = self.records.as_ref().filter(|records| records.is_heard()) else {
             return;
         };
         if let Some((message, head)) = self.newest() {

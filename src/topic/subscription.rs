@@ -33,7 +33,7 @@ pub struct Subscription<T> {
 impl<T: Payload> Subscription<T> {
     /// The message that a tick with this `number` reads at run time `now`.
     #[inline]
-    pub(crate) fn newest(&mut self, now: Time, number: u64) -> Option<Message<T>> {
+    pub(crate) fn read(&mut self, now: Time, number: u64) -> Option<Message<T>> {
         let mut bus = self.bus.lock();
         let queue = &mut *bus;
         let message = match &queue.readers[self.reader].trigger {
@@ -45,7 +45,7 @@ impl<T: Payload> Subscription<T> {
                 queue.to_read(self.reader)?.clone()
             }
         };
-        self.seen(queue, &message, now, number);
+        self.mark_read(queue, &message, now, number);
         Some(message)
     }
 
@@ -67,14 +67,14 @@ impl<T: Payload> Subscription<T> {
                 queue.unread(self.reader).next()?.0.clone()
             }
         };
-        self.seen(queue, &message, now, number);
+        self.mark_read(queue, &message, now, number);
         Some(message)
     }
 
     /// Moves the read position behind `message`, which is read at run time `now`. That of a trigger
     /// moves as a message is taken.
     #[inline]
-    fn seen(&self, queue: &mut Queue<T>, message: &Message<T>, now: Time, tick: u64) {
+    fn mark_read(&self, queue: &mut Queue<T>, message: &Message<T>, now: Time, tick: u64) {
         let reader = &mut queue.readers[self.reader];
         if reader.trigger.is_none() {
             reader.next_unread = message.seq + 1;

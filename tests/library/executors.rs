@@ -272,7 +272,7 @@ fn invalid_triggers_and_executors_are_refused_with_a_remedy() {
          let    | a      | give it a rate
          edf:1  | a      | give it a deadline
          single | a      |
-         events | a      | \"a\" has an executor already",
+         events | a      | node \"a\" is already in an executor",
     ) {
         let kind: Executor = executor.parse().expect(&executor);
         let refused = bench.graph.executor(kind, [Callback::new(&node)]);

@@ -45,7 +45,7 @@ pub struct NodeAccount {
     pub meters: Vec<(Arc<str>, Distribution)>,
     /// Age of the sensing behind the node's pushes on the world, if it makes any.
     pub push_age: PushAge,
-    /// Whether the tick that it records next is among these since its begin.
+    /// Whether `ticks` already counts the running tick.
     counted: bool,
     /// What the tick that it records next has read, and what completed its set.
     pub(crate) causes: TickCauses,

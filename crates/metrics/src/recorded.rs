@@ -45,8 +45,8 @@ pub trait RecordedTopic: Any + Send + Sync {
 pub type RowReader = Box<dyn FnMut(&mut Tick, &mut Vec<f64>) -> Option<Time> + Send>;
 
 /// Publishes a row: the numbers of a message that arrived at run time `now`, was published
-/// at `stamp`, and is derived from a sensing at `origin`. Returns `false` for numbers that
-/// are no message of the topic. Takes: row, `now`, `stamp`, `origin`.
+/// at `stamp`, and is derived from a sensing at `origin`. Returns the sequence number;
+/// `None` if the numbers form no message of the topic. Takes: row, `now`, `stamp`, `origin`.
 pub type RowInlet = Box<dyn Fn(&[f64], Time, Time, Option<Time>) -> Option<u64> + Send + Sync>;
 
 /// Takes the numbers of a message; returns `false` once it wants no more.

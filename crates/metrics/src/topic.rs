@@ -48,8 +48,8 @@ pub struct ReaderAccount {
     pub node: usize,
     /// Messages evicted before the node saw them.
     pub dropped: u64,
-    /// Messages that its match took and used in no set; in the account of a recording those of all
-    /// readers, for the first one, at the end.
+    /// Messages that its match took and used in no set. In accounts of a recording the first reader
+    /// holds the total of all readers, set at the end.
     pub unmatched: u64,
     /// Ages of the messages when the node read them.
     pub ages: Distribution,

@@ -77,7 +77,9 @@ impl Commands {
                 self.note_stop(order);
                 self.everywhere(order)
             }
-            _ => Err("its nodes run in several processes, which share the wall's time".into()),
+            _ => Err(
+                "this run has several processes: it can be neither paused nor handed over".into(),
+            ),
         }
     }
 

@@ -62,7 +62,7 @@ enum Role<'a> {
 /// Refuses a command at rest, as recorded.
 pub(super) fn refuse_again(state: &RunState, command: &Command, at: Time, reason: &str) -> Obeyed {
     state.advance_to(at);
-    let event = state.refused(at, command, reason);
+    let event = state.log_refused(at, command, reason);
     Obeyed { event, exit: None }
 }
 

@@ -73,7 +73,7 @@ pub(crate) struct TaskSetView<'a, 't> {
     pub(crate) tasks: &'a mut [Task],
     /// The nodes that are being executed.
     pub(crate) running: &'a [usize],
-    pub(crate) plan: &'a mut Timetable<'t>,
+    pub(crate) timetable: &'a mut Timetable<'t>,
 }
 
 /// The scheduler of an executor.
@@ -99,181 +99,185 @@ impl Ordered {
     /// Asks the order, or tells it what has happened.
     fn with_order<R>(
         &mut self,
-        plan: &mut Timetable<'_>,
+        timetable: &mut Timetable<'_>,
         ask: impl FnOnce(&mut dyn CallbackOrder, &mut TaskSetView<'_, '_>) -> R,
     ) -> R {
         let mut task_set = TaskSetView {
             tasks: &mut self.tasks,
             running: &self.running,
-            plan,
+            timetable,
         };
         ask(&mut *self.order, &mut task_set)
     }
 
     /// Tells the order of a callback that may be called from now on.
-    fn released(&mut self, call: Call, plan: &mut Timetable<'_>) {
-        self.with_order(plan, |order, task_set| order.released(call, task_set));
+    fn released(&mut self, call: Call, timetable: &mut Timetable<'_>) {
+        self.with_order(timetable, |order, task_set| order.released(call, task_set));
     }
 
     /// Plans the due time of the timer of a node.
-    fn release(&mut self, member: usize, plan: &mut Timetable<'_>) {
+    fn release(&mut self, member: usize, timetable: &mut Timetable<'_>) {
         let due = self.tasks[member].due();
         self.releases[member] = due;
-        plan.alarm(due, Phase::Timer, member);
+        timetable.alarm(due, Phase::Timer, member);
     }
 
     /// Announces the messages that wait for a node.
-    fn add_waiting(&mut self, member: usize, plan: &mut Timetable<'_>) {
+    fn add_waiting(&mut self, member: usize, timetable: &mut Timetable<'_>) {
         let Some(trigger) = &self.tasks[member].trigger else {
             return;
         };
         for input in 0..trigger.inputs() {
-            for _ in 0..trigger.waiting_in(input, plan.now()) {
-                plan.arrive(member, input);
+            for _ in 0..trigger.waiting_in(input, timetable.now()) {
+                timetable.arrive(member, input);
             }
         }
     }
 
-    fn open(&mut self, anew: bool, plan: &mut Timetable<'_>) {
+    fn open(&mut self, anew: bool, timetable: &mut Timetable<'_>) {
         if anew {
             self.running.clear();
             for member in 0..self.tasks.len() {
-                self.take_over(member, plan);
+                self.take_over(member, timetable);
             }
         }
         for member in 0..self.tasks.len() {
             self.order.reschedule(member);
-            self.release(member, plan);
+            self.release(member, timetable);
         }
-        plan.choose();
+        timetable.choose();
     }
 
     /// Takes a node over as it is after a change of the clock.
-    fn take_over(&mut self, member: usize, plan: &mut Timetable<'_>) {
+    fn take_over(&mut self, member: usize, timetable: &mut Timetable<'_>) {
         self.order.forget(member);
         let waiting = self.tasks[member].queued_timers().len();
         for _ in 0..waiting {
-            self.released(Call::Timer { member }, plan);
+            self.released(Call::Timer { member }, timetable);
         }
         if let Some(running) = self.tasks[member].running {
             self.running.push(member);
-            plan.alarm(running.ends, Phase::End, member);
+            timetable.alarm(running.ends, Phase::End, member);
         }
-        self.with_order(plan, |order, task_set| order.called(member, task_set));
-        self.add_waiting(member, plan);
+        self.with_order(timetable, |order, task_set| order.called(member, task_set));
+        self.add_waiting(member, timetable);
     }
 
     /// The timer of a node is due.
-    fn due(&mut self, member: usize, plan: &mut Timetable<'_>) {
+    fn due(&mut self, member: usize, timetable: &mut Timetable<'_>) {
         if self.order.queues_timers() && !self.tasks[member].queue_timer() {
-            plan.skipped(member, 1);
+            timetable.record_skipped(member, 1);
         } else {
-            self.released(Call::Timer { member }, plan);
+            self.released(Call::Timer { member }, timetable);
         }
     }
 
     /// The timer that was planned for a time is due.
-    fn alarm(&mut self, member: usize, at: Time, plan: &mut Timetable<'_>) {
+    fn alarm(&mut self, member: usize, at: Time, timetable: &mut Timetable<'_>) {
         // It may have been planned anew since.
         if self.releases[member] > at {
             return;
         }
         self.releases[member] = Time::MAX;
-        self.due(member, plan);
+        self.due(member, timetable);
         if self.order.queues_timers() {
-            self.release(member, plan);
+            self.release(member, timetable);
         }
-        plan.choose();
+        timetable.choose();
     }
 
     /// Calls the next callback, if a thread is free.
-    fn call(&mut self, plan: &mut Timetable<'_>) -> Option<Job> {
-        let now = plan.now();
-        let call = self.with_order(plan, |order, task_set| order.next(task_set))?;
-        plan.choose();
+    fn call(&mut self, timetable: &mut Timetable<'_>) -> Option<Job> {
+        let now = timetable.now();
+        let call = self.with_order(timetable, |order, task_set| order.next(task_set))?;
+        timetable.choose();
         let member = call.member();
         self.running.push(member);
         let due = match (call, &mut self.tasks[member].trigger) {
             (Call::Message { input, .. }, Some(trigger)) => trigger.take_from(input, now),
             (Call::Messages { .. }, Some(trigger)) => trigger.take(now),
-            _ => self.call_timer(member, plan),
+            _ => self.call_timer(member, timetable),
         };
         let Some(due) = due else {
-            self.ended(member, plan);
+            self.ended(member, timetable);
             return None;
         };
-        let kind = self.tasks[member].next_job(plan.clock());
+        let kind = self.tasks[member].next_job(timetable.clock());
         Some(Job::new(member, kind).late(Some(now.since(due))))
     }
 
     /// Due time of the timer that is called now. Where due times do not wait in line, due times that
     /// have passed, `now` included, are overruns (rcl `c19dab5`, `timer.c:298-319`).
-    fn call_timer(&mut self, member: usize, plan: &mut Timetable<'_>) -> Option<Time> {
-        let (now, task) = (plan.now(), &mut self.tasks[member]);
+    fn call_timer(&mut self, member: usize, timetable: &mut Timetable<'_>) -> Option<Time> {
+        let (now, task) = (timetable.now(), &mut self.tasks[member]);
         if self.order.queues_timers() {
             return task.queued_timer();
         }
         let due = task.due();
         let called = (due <= now).then(|| {
-            plan.skipped(member, task.pass(now + Time::RESOLUTION));
+            timetable.record_skipped(member, task.pass(now + Time::RESOLUTION));
             due
         });
-        self.release(member, plan);
+        self.release(member, timetable);
         called
     }
 
-    fn done(&mut self, job: Job, plan: &mut Timetable<'_>) {
+    fn done(&mut self, job: Job, timetable: &mut Timetable<'_>) {
         let member = job.member();
         match job.kind {
             JobKind::Begin => {
-                let ends = self.tasks[member].begin(plan.now());
-                plan.alarm(ends, Phase::End, member);
-                self.with_order(plan, |order, task_set| order.called(member, task_set));
+                let ends = self.tasks[member].begin(timetable.now());
+                timetable.alarm(ends, Phase::End, member);
+                self.with_order(timetable, |order, task_set| order.called(member, task_set));
             }
-            JobKind::Tick { .. } | JobKind::End => self.ended(member, plan),
+            JobKind::Tick { .. } | JobKind::End => self.ended(member, timetable),
         }
-        plan.choose();
+        timetable.choose();
     }
 
     /// A callback of a node is over.
-    fn ended(&mut self, member: usize, plan: &mut Timetable<'_>) {
+    fn ended(&mut self, member: usize, timetable: &mut Timetable<'_>) {
         self.tasks[member].running = None;
         self.running.retain(|runs| *runs != member);
-        self.with_order(plan, |order, task_set| order.called(member, task_set));
+        self.with_order(timetable, |order, task_set| order.called(member, task_set));
     }
 }
 
 impl Ordered {
     /// Hears of an event; returns the job to be done now.
-    pub(crate) fn on(&mut self, event: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job> {
+    pub(crate) fn on(
+        &mut self,
+        event: SchedulerEvent,
+        timetable: &mut Timetable<'_>,
+    ) -> Option<Job> {
         match event {
-            SchedulerEvent::Opened { anew } => self.open(anew, plan),
+            SchedulerEvent::Opened { anew } => self.open(anew, timetable),
             SchedulerEvent::Alarm { member, at, phase } => match phase {
-                Phase::End if self.tasks[member].is_over(plan.now()) => {
+                Phase::End if self.tasks[member].is_over(timetable.now()) => {
                     return Some(Job::new(member, JobKind::End));
                 }
-                Phase::Timer => self.alarm(member, at, plan),
+                Phase::Timer => self.alarm(member, at, timetable),
                 _ => {}
             },
             SchedulerEvent::Arrived { member, .. } if self.tasks[member].crashed => {}
             SchedulerEvent::Arrived { member, input } => {
-                self.released(Call::Message { member, input }, plan);
-                plan.choose();
+                self.released(Call::Message { member, input }, timetable);
+                timetable.choose();
             }
-            SchedulerEvent::Choose => return self.call(plan),
-            SchedulerEvent::Done { job, .. } => self.done(job, plan),
+            SchedulerEvent::Choose => return self.call(timetable),
+            SchedulerEvent::Done { job, .. } => self.done(job, timetable),
             SchedulerEvent::Crashed { member } => {
                 self.tasks[member].crash();
                 self.running.retain(|runs| *runs != member);
                 self.order.forget(member);
-                self.release(member, plan);
-                plan.choose();
+                self.release(member, timetable);
+                timetable.choose();
             }
             SchedulerEvent::Restarted { member } => {
-                self.tasks[member].restart(plan.now());
-                self.release(member, plan);
-                self.add_waiting(member, plan);
-                plan.choose();
+                self.tasks[member].restart(timetable.now());
+                self.release(member, timetable);
+                self.add_waiting(member, timetable);
+                timetable.choose();
             }
             SchedulerEvent::Closed { .. } => {}
         }
@@ -300,19 +304,19 @@ impl Ordered {
         &mut self,
         member: usize,
         knob: &Knob,
-        plan: &mut Timetable<'_>,
+        timetable: &mut Timetable<'_>,
     ) -> Result<Knob, KnobRefusal> {
-        let now = plan.now();
+        let now = timetable.now();
         let times = knob.kind().sets(TickTiming::Due);
         // Timers that were due before wait in line.
         while times && self.order.queues_timers() && self.tasks[member].due() < now {
-            self.due(member, plan);
+            self.due(member, timetable);
         }
-        let before = self.tasks[member].set(member, knob, now, plan)?;
+        let before = self.tasks[member].set(member, knob, now, timetable)?;
         if times {
             self.order.reschedule(member);
-            self.release(member, plan);
-            plan.choose();
+            self.release(member, timetable);
+            timetable.choose();
         }
         Ok(before)
     }

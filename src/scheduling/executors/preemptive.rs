@@ -69,7 +69,7 @@ impl Preemptive {
 
     /// Finds the first job of a node again, unless that has begun.
     fn refresh(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
-        let (now, CoreTask { deadline, key }) = (task_set.plan.now(), &self.tasks[member]);
+        let (now, CoreTask { deadline, key }) = (task_set.timetable.now(), &self.tasks[member]);
         let task = &mut task_set.tasks[member];
         let next = match task.running {
             Some(_) if key.is_some() => return,
@@ -86,7 +86,7 @@ impl Preemptive {
         };
         let key = next.map(|(released, period)| JobKey {
             urgency: match self.urgency {
-                Urgency::Priority => task_set.plan.priority(member).into(),
+                Urgency::Priority => task_set.timetable.priority(member).into(),
                 Urgency::Deadline => deadline.map_or(period, |d| released + d).as_nanos(),
             },
             released,
@@ -116,7 +116,7 @@ impl CallbackOrder for Preemptive {
     }
 
     fn next(&mut self, task_set: &mut TaskSetView<'_, '_>) -> Option<Call> {
-        let (now, urgent) = (task_set.plan.now(), self.urgent());
+        let (now, urgent) = (task_set.timetable.now(), self.urgent());
         let others = (0..self.tasks.len()).filter(|member| !urgent.contains(member));
         others.for_each(|member| task_set.tasks[member].suspend(now));
         for member in urgent {
@@ -128,7 +128,7 @@ impl CallbackOrder for Preemptive {
                 });
             }
             if let Some(ends) = task.resume(now) {
-                task_set.plan.alarm(ends, Phase::End, member);
+                task_set.timetable.alarm(ends, Phase::End, member);
             }
         }
         None

@@ -92,7 +92,10 @@ impl CallbackOrder for WindowOrder {
     }
 
     fn released(&mut self, call: Call, task_set: &mut TaskSetView<'_, '_>) {
-        let (now, trigger) = (task_set.plan.now(), &task_set.tasks[call.member()].trigger);
+        let (now, trigger) = (
+            task_set.timetable.now(),
+            &task_set.tasks[call.member()].trigger,
+        );
         let is_gone = match call {
             Call::Message { input, .. } => trigger
                 .as_ref()
@@ -124,7 +127,7 @@ impl CallbackOrder for WindowOrder {
         if task_set.tasks[member].goes_on() {
             self.window.insert(Call::Messages { member });
         }
-        let now = task_set.plan.now();
+        let now = task_set.timetable.now();
         if let Some(trigger) = &task_set.tasks[member].trigger {
             let inputs = 0..trigger.inputs();
             for input in inputs.filter(|input| trigger.oldest_of(*input, now).is_none()) {

@@ -78,8 +78,8 @@ impl Lineage {
             .collect()
     }
 
-    /// The messages that the data of one came with, itself first, each with the tick that published
-    /// it; of data from the node `source` where no path tells the way.
+    /// The messages that carried the data of `message`, newest first, each with its tick. Without a
+    /// path, follows the data of `source`.
     pub(super) fn steps(
         &self,
         message: MessageId,

@@ -6,7 +6,7 @@ use ratelab::Time;
 
 use super::{Lineage, TracedTick};
 
-/// The end of a long wait that counts for its cause: waits of overloaded nodes grow with the run.
+/// Only this last part of a wait decides its cause: waits of overloaded nodes grow without bound.
 const LOOKED_AT: Duration = Duration::from_millis(200);
 
 /// A stretch of run time in which a tick did not go on.
