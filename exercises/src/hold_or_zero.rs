@@ -77,8 +77,9 @@ fn losses(on_stale: &str) -> Result<[KnobRuns; LOSSES.len()], Failure> {
 }
 
 fn table(ways: &[(&str, &[KnobRuns])]) -> Table {
-    let rows = (0..LOSSES.len()).flat_map(|at| ways.iter().map(move |(way, all)| (way, &all[at])));
-    let rows: Vec<(&&str, &KnobRuns)> = rows.collect();
+    let rows: Vec<(&&str, &KnobRuns)> = (0..LOSSES.len())
+        .flat_map(|at| ways.iter().map(move |(way, all)| (way, &all[at])))
+        .collect();
     Table::from_items(
         &rows,
         &[

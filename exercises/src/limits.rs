@@ -32,8 +32,10 @@ const USUAL_S: f64 = 10.0;
 const TAIL_S: f64 = 20.0;
 
 pub(crate) fn measure() -> Result<Findings, Failure> {
-    let trials = hz(&RATES)?.into_iter().map(LimitTrial::run);
-    let trials: Vec<LimitTrial> = trials.collect::<Result<_, _>>()?;
+    let trials: Vec<LimitTrial> = hz(&RATES)?
+        .into_iter()
+        .map(LimitTrial::run)
+        .collect::<Result<_, _>>()?;
     let stable = asked(&trials, |trial| trial.theory.is_stable())?;
     Ok(Findings {
         table: table(&trials),
@@ -180,15 +182,16 @@ fn meaning(trials: &[LimitTrial]) -> String {
     let off = growing.map(|(trial, growth)| (growth - trial.theory.growth()).abs());
     let worst = off.fold(0.0, f64::max);
     let unstable = trials.iter().filter(|trial| !trial.theory.is_stable());
-    let swinging = unstable.filter_map(|trial| {
-        let swing = trial.swing_deg()?;
-        let (up, of) = (trial.still_up(), trial.minutes.len());
-        Some(format!(
-            "{} ({up} of {of} up, within ±{swing:.1}°)",
-            trial.hz
-        ))
-    });
-    let swinging: Vec<String> = swinging.collect();
+    let swinging: Vec<String> = unstable
+        .filter_map(|trial| {
+            let swing = trial.swing_deg()?;
+            let (up, of) = (trial.still_up(), trial.minutes.len());
+            Some(format!(
+                "{} ({up} of {of} up, within ±{swing:.1}°)",
+                trial.hz
+            ))
+        })
+        .collect();
     format!(
         "While the motor had force to spare, theory and run agreed to {worst:.4}/s at every rate \
          with growth. Then the action clips, and theory is about another loop. At these rates \

@@ -72,8 +72,11 @@ fn table(pairs: &[Pair]) -> Table {
 }
 
 fn meaning(pairs: &[Pair]) -> String {
-    let wrong = pairs.iter().filter(differs);
-    let wrong: Vec<String> = wrong.map(|pair| pair.hz.get().to_string()).collect();
+    let wrong: Vec<String> = pairs
+        .iter()
+        .filter(differs)
+        .map(|pair| pair.hz.get().to_string())
+        .collect();
     if wrong.is_empty() {
         return "Mended: at every rate this clock does what the lab's does. Whole nanoseconds \
                 alone were not enough; they have to be rounded last, not first."

@@ -1,7 +1,7 @@
 //! The command line, the lab, recordings and sweeps for any [`System`]: one line in the
 //! `main` of your own crate provides them all.
 //!
-//! Stands on all other crates. `commands/` has a file or folder for each command, on options (`cli/`),
+//! Stands on all other crates. `commands/` has the commands, on options (`cli/`),
 //! `output/` and `sweep/`; `network/` has the commands for several processes. Begin with
 //! `program.rs`.
 //!
@@ -41,16 +41,11 @@
 // gone; these macros panic there.
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 
-mod bag_file;
 mod cli;
-mod command_line;
 mod commands;
 mod course;
-mod csv;
 mod error;
-mod first_start;
 mod graph_file;
-mod graph_schema;
 mod like;
 #[cfg(feature = "network")]
 mod network;
@@ -59,20 +54,16 @@ mod other_runtime;
 mod output;
 mod plants;
 mod predictions;
-mod printable;
 mod program;
 mod reading;
 mod results;
 mod screen;
 mod signals;
-mod stop_signal;
 mod summary;
 mod sweep;
 mod table;
-mod timing;
 mod trace;
 mod usage_error;
-mod version;
 mod web;
 mod wrap;
 
@@ -113,14 +104,19 @@ fn exit(program: &Program) -> ExitCode {
 }
 
 fn exit_after(work: impl FnOnce() -> Result<(), Error>) -> ExitCode {
-    signals::prepare();
+    signals::prepare(signals::Messages {
+        note: output::note,
+        error: |why| output::error(&why),
+        stopped_by: output::stopped_by,
+        waits_for_reader: output::waits_for_reader,
+    });
     let outcome = work();
     // A run that was left in a tick still waits for its answer.
     end_programs();
     if let Err(error) = &outcome {
         output::error(error);
     }
-    if stop_signal::exit_code().is_some() {
+    if signals::exit_code().is_some() {
         // Threads that nobody waits for may still be at work.
         signals::end_at_once();
     }

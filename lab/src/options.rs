@@ -145,8 +145,10 @@ pub fn graph(
 fn ignored(config: &Config) -> Option<String> {
     let timed = config.knobs.iter().map(|timed| &timed.knob);
     let given = config.setup.iter().chain(timed);
-    let ignored = given.filter(|knob| knob.kind().sets(TickTiming::Start));
-    let ignored: Vec<String> = ignored.map(Knob::to_string).collect();
+    let ignored: Vec<String> = given
+        .filter(|knob| knob.kind().sets(TickTiming::Start))
+        .map(Knob::to_string)
+        .collect();
     (config.clock == ClockKind::Real && !ignored.is_empty()).then(|| {
         let knobs = ignored.join(", ");
         format!("without effect: {knobs}: the real clock has a lateness of its own")

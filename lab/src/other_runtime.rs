@@ -9,9 +9,9 @@ use ratelab_system::System;
 use crate::{
     error::Error,
     output::print_line,
-    printable::shown,
     screen::{quit_on_signal, theme},
 };
+use ratelab_recording::printable::shown;
 
 /// Maximum frames per second.
 const FPS: u32 = 30;

@@ -1,4 +1,4 @@
-//! The system and the name of a command.
+//! The program: its system, its name, its version, its command lines.
 
 use std::{
     env,
@@ -6,9 +6,11 @@ use std::{
     sync::Arc,
 };
 
+use ratelab_cart_pole::{mujoco_version, policy::RUNS_ONNX};
+use ratelab_recording::{Recording, rrd::rerun_version};
 use ratelab_system::{KnobText, System};
 
-use ratelab_recording::Recording;
+use crate::summary::text::line;
 
 use crate::plants;
 
@@ -64,4 +66,68 @@ pub fn name() -> String {
         .file_stem()
         .and_then(|name| name.to_str());
     name.unwrap_or("ratelab").to_owned()
+}
+
+/// Returns the command line of these `words`.
+pub fn command_line<W: AsRef<str>>(words: impl IntoIterator<Item = W>) -> String {
+    words
+        .into_iter()
+        .map(|word| quoted(word.as_ref()))
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// Returns a word as a shell reads it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "_-./:=,@%+".contains(c);
+    match word {
+        word if !word.is_empty() && word.chars().all(plain) => word.to_owned(),
+        word if !word.contains(['"', '$', '`', '\\', '!']) => format!("\"{word}\""),
+        word => format!("'{}'", word.replace('\'', r"'\''")),
+    }
+}
+
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// The commit, such as `1a2b3c4 + changes`, if it is known.
+const COMMIT: Option<&str> = option_env!("RATELAB_COMMIT");
+
+/// The day of the commit, such as `2026-03-14`, if it is known.
+pub const DATE: Option<&str> = option_env!("RATELAB_DATE");
+
+/// Returns a line to follow the name.
+pub fn short(program: &Program) -> String {
+    let version = version(program);
+    match (COMMIT, DATE) {
+        (Some(commit), Some(date)) => format!("{version} ({commit}, {date})"),
+        _ => version,
+    }
+}
+
+/// Programs other than ratelab have their own versions.
+fn version(program: &Program) -> String {
+    let with = if program.course { "" } else { "with ratelab " };
+    format!("{with}{VERSION}")
+}
+
+/// Several lines to follow the name.
+pub fn long(program: &Program) -> String {
+    let onnx = if RUNS_ONNX {
+        "yes, where the ONNX Runtime is installed"
+    } else {
+        "no: built without the feature onnx"
+    };
+    let unknown = "unknown";
+    let facts = [
+        ("commit", COMMIT.unwrap_or(unknown)),
+        ("date", DATE.unwrap_or(unknown)),
+        ("target", env!("RATELAB_TARGET")),
+        ("profile", env!("RATELAB_PROFILE")),
+        ("rustc", option_env!("RATELAB_RUSTC").unwrap_or(unknown)),
+        ("MuJoCo", mujoco_version()),
+        ("rerun", &rerun_version()),
+        ("ONNX", onnx),
+    ]
+    .map(|(name, fact)| line(name, fact));
+    format!("{}\n{}", version(program), facts.join("\n"))
 }

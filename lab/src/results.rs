@@ -7,6 +7,7 @@ use ratelab_experiment::{Experiment, Summary, header};
 use ratelab_real_clock::{RealtimeError, RealtimePriority};
 use ratelab_recording::{Destination, FinishedRecording, Recorder, RrdFormat, Source, Viewer};
 use ratelab_system::System;
+use serde_json::json;
 
 use crate::{
     cli::RunArgs,
@@ -14,7 +15,7 @@ use crate::{
     like::{self, Like},
     output::{OutputPlan, Outputs, note, print_data, print_line, print_recorded, record_error},
     program::{self, Program},
-    stop_signal,
+    signals,
     summary::{
         json,
         text::{self, ReportContext},
@@ -71,7 +72,7 @@ pub fn destination(args: &RunArgs) -> Option<Destination> {
 /// Returns recordings at `place` or in the default folder, and in a `viewer` if any. After a
 /// signal they end soon.
 pub fn destination_of(place: Option<PathBuf>, viewer: Option<Viewer>) -> Destination {
-    let is_overdue = stop_signal::is_overdue;
+    let is_overdue = signals::is_overdue;
     Destination::new(place, RrdFormat { viewer, is_overdue })
 }
 
@@ -152,7 +153,10 @@ pub fn print_results(
 ) -> Result<(), Error> {
     let system = &*program.system;
     let mut metrics = json::metrics(system, summary, context);
-    metrics.extend(like.map(|of| ("like".to_owned(), like::json(of, summary))));
+    if let Some(like) = like {
+        let comparison = json!(like::LikeReport::new(like, summary));
+        metrics.insert("like".to_owned(), comparison);
+    }
     let metrics = json::text(metrics);
     outputs.write(&metrics)?;
     if args.json {

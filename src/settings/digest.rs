@@ -13,6 +13,16 @@ use thiserror::Error;
 pub struct Digest([u8; 32]);
 
 impl Digest {
+    /// Separator between a file's path and the digest that pins its content, as in the names of
+    /// container images.
+    pub const PIN: &str = "@sha256:";
+
+    /// Splits the text of a pinned file into its path and the digest; `None` without a pin.
+    pub fn split_pin(text: &str) -> Option<(&str, Result<Self, DigestError>)> {
+        let (path, digest) = text.rsplit_once(Self::PIN)?;
+        Some((path, digest.parse()))
+    }
+
     /// Returns the digest of `content`.
     pub fn new(content: &[u8]) -> Self {
         Self(Sha256::digest(content).into())

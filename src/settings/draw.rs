@@ -24,9 +24,6 @@ const IN_ORDER: &str = "file:";
 /// Prefix of such a column, of whose durations each draw is one.
 const DRAWN: &str = "drawn:";
 
-/// Separator between the name of a file and the digest of its durations.
-const PIN: &str = "@sha256:";
-
 /// A distribution of durations. As text, in milliseconds: `30`; `60..110` uniform;
 /// `lognormal:30,90` by median and 99th percentile; `recorded:FILE`, `file:CSV` and `drawn:CSV`,
 /// the durations in a recording or a column; `none`.
@@ -197,8 +194,8 @@ pub struct Measurements {
 
 impl Measurements {
     fn parse(prefix: &'static str, text: &str) -> Result<Self, SettingError> {
-        let (file, pin) = match text.rsplit_once(PIN) {
-            Some((file, digest)) => (file, Some(digest.parse()?)),
+        let (file, pin) = match Digest::split_pin(text) {
+            Some((file, digest)) => (file, Some(digest?)),
             None => (text, None),
         };
         if file.is_empty() {
@@ -281,7 +278,7 @@ impl fmt::Display for Measurements {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}{}", self.prefix, self.file)?;
         match self.pin {
-            Some(digest) => write!(f, "{PIN}{digest}"),
+            Some(digest) => write!(f, "{}{digest}", Digest::PIN),
             None => Ok(()),
         }
     }

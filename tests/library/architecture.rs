@@ -10,7 +10,7 @@ use std::{
 use crate::imports::{Imports, Module, Sources, circles, imports, named};
 
 /// The Rust files below `folder`.
-fn rust_files(folder: &Path) -> Vec<PathBuf> {
+pub fn rust_files(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).expect("folder") {
         let path = entry.expect("entry").path();
@@ -24,7 +24,7 @@ fn rust_files(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// A source file without its comments, which may mention anything.
-fn code(path: &Path) -> String {
+pub fn code(path: &Path) -> String {
     let text = fs::read_to_string(path).expect("source");
     let lines = text
         .lines()
@@ -33,7 +33,7 @@ fn code(path: &Path) -> String {
 }
 
 /// The code before the first module within the file that is for tests only.
-fn without_tests(code: &str) -> &str {
+pub fn without_tests(code: &str) -> &str {
     const ATTRIBUTE: &str = "#[cfg(test)]\n";
     let mut marked = code.match_indices(ATTRIBUTE);
     let first = marked.find(|(at, _)| {
@@ -73,10 +73,10 @@ pub const CRATES: [&str; 14] = [
     "crates/experiment/src",
     "crates/cart-pole/src",
     "crates/plant/src",
-    "crates/network/src",
     "crates/recording/src",
-    "exercises/src",
     "crates/screen/src",
+    "crates/network/src",
+    "exercises/src",
     "lab/src",
 ];
 
@@ -244,7 +244,7 @@ fn walks(page: &str) -> Vec<(&str, Vec<&str>)> {
         .collect()
 }
 
-/// The module in a file, such as `lab/src/csv.rs`.
+/// The module in a file, such as `lab/src/commands/grade/rows.rs`.
 fn module_of(file: &str) -> Module {
     let folder = CRATES.iter().find(|folder| {
         let inside = file.strip_prefix(*folder);

@@ -46,6 +46,7 @@ mod graph_executors;
 mod graph_file;
 mod hand_over;
 mod hunt;
+mod idioms;
 mod joints;
 mod knobs;
 mod lineage;

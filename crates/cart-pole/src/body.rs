@@ -11,8 +11,7 @@ use ratelab_system::StepMs;
 use thiserror::Error;
 
 use super::{
-    message::{Action, ControlStep, Observation},
-    pose::Pose,
+    message::{Action, ControlStep, Observation, Pose},
     seeding::{generator, unit},
 };
 

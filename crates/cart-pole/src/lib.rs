@@ -22,21 +22,14 @@
 mod aliases;
 mod body;
 pub mod chunk;
-mod disturbance;
-mod falls;
 mod free_plant;
-mod joints;
-mod linear;
 mod message;
 mod nodes;
-mod on_stale;
 mod parameter_error;
 mod picture;
 mod plant;
 pub mod policy;
-mod pose;
 mod seeding;
-mod similar;
 pub mod stability;
 mod system;
 mod table;
@@ -45,18 +38,19 @@ mod wiring;
 
 pub(crate) use body::START_SPREAD;
 pub use body::{PlantError, SUBSTEPS};
-pub use free_plant::FreePlant;
-pub use linear::LinearPlant;
+pub use free_plant::{FreePlant, LinearPlant};
 pub(crate) use message::MOTOR_N;
-pub use message::{ACTION, Action, ControlStep, OBS, Observation};
-pub use nodes::{ACTUATOR, Actuator, NotFinite, POLICY, PolicyNode, SENSE_TO_ACT, SENSOR, Sensor};
+pub use message::{
+    ACTION, Action, CART_LIMIT_M, ControlStep, Fall, OBS, Observation, POLE_LIMIT_RAD, Pose,
+    SimilarReadings,
+};
+pub use nodes::{
+    ACTUATOR, Actuator, NotFinite, OnStale, POLICY, PolicyNode, SENSE_TO_ACT, SENSOR, Sensor,
+};
 pub(crate) use nodes::{DISTURB, SIMILAR};
-pub use on_stale::OnStale;
 pub use parameter_error::ParameterError;
 pub(crate) use parameter_error::in_words;
 pub use plant::{CONTROL_HZ, CartPlant, Plant, SharedPlant, actuator_hz, mujoco_version};
-pub use pose::{CART_LIMIT_M, Fall, POLE_LIMIT_RAD, Pose};
 pub use seeding::generator;
 pub(crate) use seeding::unit;
-pub use similar::SimilarReadings;
 pub use system::{BROKEN_HZ, CartPole, STATE, pole_angle};

@@ -1,10 +1,11 @@
-//! The messages on the cart-pole's topics: plain data.
+//! The messages of the cart-pole, the pose in them, and how similar they are.
 
-use std::time::Duration;
+use std::{f64::consts::PI, time::Duration};
 
 use ratelab_metrics::Fields;
+use ratelab_system::{JointValues, Joints};
 
-use super::pose::Pose;
+use crate::ParameterError;
 
 /// Name of the topic from sensor to policy.
 pub const OBS: &str = "/obs";
@@ -169,4 +170,141 @@ impl Fields for ControlStep {
             qvel,
         })
     }
+}
+
+/// `/obs`: cart (m, m/s) and pole (rad from upright, rad/s). `/action`: the force on the
+/// cart (N).
+pub(super) const JOINTS: [Joints; 2] = [
+    Joints {
+        topic: OBS,
+        names: &["cart", "pole"],
+        of_row: |row| {
+            let seen = Observation::from_row(row)?;
+            let [x, v, cos, sin, omega] = seen.to_array().map(f64::from);
+            Some(JointValues {
+                position: vec![x, sin.atan2(cos)],
+                velocity: vec![v, omega],
+                effort: Vec::new(),
+            })
+        },
+        to_row: |joints| {
+            let (&[x, angle], &[v, omega]) = (&joints.position[..], &joints.velocity[..]) else {
+                return None;
+            };
+            Some(vec![x, v, angle.cos(), angle.sin(), omega])
+        },
+    },
+    Joints {
+        topic: ACTION,
+        names: &["cart"],
+        of_row: |row| {
+            let Action(share) = Action::from_row(row)?;
+            Some(JointValues {
+                effort: vec![f64::from(share) * MOTOR_N],
+                ..JointValues::default()
+            })
+        },
+        to_row: |joints| match joints.effort[..] {
+            [force] if force.is_finite() => Some(vec![force / MOTOR_N]),
+            _ => None,
+        },
+    },
+];
+
+/// Limit of the pole's angle from upright (rad), beyond which it has fallen: 12 degrees.
+pub const POLE_LIMIT_RAD: f64 = 0.2095;
+
+/// Limit of the cart's distance from the middle of the rail (m).
+pub const CART_LIMIT_M: f64 = 2.4;
+
+/// The ways to lose a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fall {
+    /// The pole tipped beyond [`POLE_LIMIT_RAD`].
+    Pole,
+    /// The cart went beyond [`CART_LIMIT_M`] with the pole still up.
+    Cart,
+}
+
+/// The pose of cart and pole.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Cart position on the rail (m).
+    pub cart_position: f64,
+    /// Pole angle from upright (rad), wrapped to −π..π; positive leans
+    /// towards +x.
+    pub pole_angle: f64,
+}
+
+impl Pose {
+    /// Creates the pose at cart position (m) and hinge angle (rad).
+    pub fn new([cart_position, hinge_angle]: [f64; 2]) -> Self {
+        Self {
+            cart_position,
+            pole_angle: (hinge_angle + PI).rem_euclid(2.0 * PI) - PI,
+        }
+    }
+
+    /// Returns the kind of fall at this pose, if the run is lost.
+    pub fn fall(&self) -> Option<Fall> {
+        if self.pole_angle.abs() > POLE_LIMIT_RAD {
+            Some(Fall::Pole)
+        } else if self.cart_position.abs() > CART_LIMIT_M {
+            Some(Fall::Cart)
+        } else {
+            None
+        }
+    }
+}
+
+/// Lets a reading pass if it is at least so far from the last one that passed: the Euclidean
+/// distance of their five numbers, whatever their units. At 0, the default, all pass.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SimilarReadings {
+    norm: f64,
+    last: Option<Observation>,
+}
+
+impl SimilarReadings {
+    /// Parses a distance of 0 or more, before the first reading.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for an invalid text.
+    pub fn parse(text: &str) -> Result<Self, ParameterError> {
+        let norm: Option<f64> = text.trim().parse().ok();
+        match norm.filter(|norm| *norm >= 0.0 && norm.is_finite()) {
+            Some(norm) => Ok(Self { norm, last: None }),
+            None => Err(ParameterError::Distance(text.to_owned())),
+        }
+    }
+
+    /// Returns the distance below which readings are similar.
+    pub fn norm(&self) -> f64 {
+        self.norm
+    }
+
+    /// Sets the distance; returns the one before.
+    pub(super) fn set(&mut self, text: &str) -> Result<String, ParameterError> {
+        let norm = Self::parse(text)?.norm;
+        Ok(std::mem::replace(&mut self.norm, norm).to_string())
+    }
+
+    /// Returns whether `reading` passes.
+    pub(super) fn pass(&mut self, reading: &Observation) -> bool {
+        let near_last = |last| distance(&last, reading) < self.norm;
+        let near = self.norm > 0.0 && self.last.is_some_and(near_last);
+        if !near {
+            self.last = Some(*reading);
+        }
+        !near
+    }
+}
+
+fn distance(one: &Observation, other: &Observation) -> f64 {
+    let pairs = one.to_array().into_iter().zip(other.to_array());
+    let squares = pairs.map(|(one, other)| {
+        let apart = f64::from(one) - f64::from(other);
+        apart * apart
+    });
+    squares.sum::<f64>().sqrt()
 }

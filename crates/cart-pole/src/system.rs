@@ -17,11 +17,11 @@ use super::{
     SharedPlant, SimilarReadings, actuator_hz,
     aliases::ALIASES,
     chunk::{ChunkSettings, ChunkTally, FIXED, PLANNING, PLAYER, PlanKind, warnings},
-    disturbance::Newtons,
-    falls::falls,
     in_words, mujoco_version, picture,
+    plant::Newtons,
     policy::{Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy},
-    table, verdict,
+    table,
+    verdict::{self, falls},
     wiring::{Topics, other, setting_error},
 };
 use crate::stability::{Rates, Weights, age_limit};
@@ -325,7 +325,7 @@ impl RobotInfo for CartPole {
     }
 
     fn joints(&self) -> &'static [Joints] {
-        &super::joints::JOINTS
+        &super::message::JOINTS
     }
 
     fn planning(&self) -> Option<Planning> {

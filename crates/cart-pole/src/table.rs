@@ -4,7 +4,7 @@ use ratelab::Time;
 use ratelab_metrics::Fields;
 use ratelab_system::StateTable;
 
-use super::{ControlStep, pose::Pose};
+use super::{ControlStep, message::Pose};
 
 /// Observation and action are f32, written with as many digits as it takes to
 /// recover their bits.

@@ -15,20 +15,18 @@ use zenoh::{Wait, liveliness::LivelinessToken};
 
 use crate::{
     command::Commands,
-    error::NetworkError,
+    error::{Beat, NetworkError},
     inlet::Inlet,
     join::{self, difference},
     key::Of,
     net,
     outlet::{self, BACKLOG},
-    part::LocalPart,
-    part_end::PartEnd,
+    part::{LocalPart, PartEnd},
     peers::{self, Peers},
     reporter::Reporter,
     ros::Ros,
     session::{SessionEnd, Settings},
     telemetry::Info,
-    threads::Beat,
     times::Times,
     watch::PresenceWatch,
 };
@@ -76,8 +74,9 @@ impl Bridge {
             notice(&waiting(peers))
         })?;
         send_and_receive(&part, &taps)?;
-        let ros = ros.map(|domain| Ros::begin(domain, &part, &taps, system.robot().joints()));
-        let ros = ros.transpose()?;
+        let ros = ros
+            .map(|domain| Ros::begin(domain, &part, &taps, system.robot().joints()))
+            .transpose()?;
         answer(&part)?;
         Commands::answer(experiment, &part)?;
         let reporter = Reporter::begin(&part, taps, arrived)?;
@@ -141,8 +140,10 @@ impl Bridge {
         loop {
             let others = self.others();
             let runs = |node: &str| others.iter().any(|info| info.runs(node));
-            let away = all.iter().map(|node| &*node.name);
-            let away = away.filter(|node| !self.part.own.runs(node));
+            let away = all
+                .iter()
+                .map(|node| &*node.name)
+                .filter(|node| !self.part.own.runs(node));
             let missing: Vec<&str> = away.filter(|node| !runs(node)).collect();
             let ready = missing.is_empty() && self.have_begun(&others);
             if ready || self.has_ros_nodes() {
@@ -172,7 +173,7 @@ impl Bridge {
             let why = difference(&self.part.own, &info, self.aliases)?;
             Some(format!("{}: {why}", info.place()))
         });
-        differ.chain(of_other_systems(&self.part.peers)).collect()
+        differ.chain(other_systems(&self.part.peers)).collect()
     }
 
     /// Whether ROS nodes take the place of the other processes.
@@ -196,13 +197,14 @@ impl Drop for Bridge {
 
 /// The text for a process that waits for the one that begins the run.
 fn waiting(peers: &Peers) -> String {
-    let others = of_other_systems(peers).map(|others| format!("; {others}"));
-    let others = others.unwrap_or_default();
+    let others = other_systems(peers)
+        .map(|others| format!("; {others}"))
+        .unwrap_or_default();
     format!("waiting for the process that begins the run{others}")
 }
 
 /// The text for processes of other graphs; `None` without such processes.
-fn of_other_systems(peers: &Peers) -> Option<String> {
+fn other_systems(peers: &Peers) -> Option<String> {
     let names: Vec<String> = peers.other_systems().into_iter().collect();
     let names = names.join(", ");
     (!names.is_empty()).then(|| {
@@ -236,10 +238,10 @@ fn send_and_receive(part: &LocalPart, taps: &Taps) -> Result<(), NetworkError> {
 /// Answers what runs here, and what time it is.
 fn answer(part: &LocalPart) -> Result<(), NetworkError> {
     let (session, keys) = (&part.peers.session, &part.peers.keys);
-    let key = keys.of(part.own.incarnation, Of::CLOCK);
+    let key = keys.endpoint(part.own.incarnation, Of::CLOCK);
     net::answers(session, key, |question| question.answer(peers::clock()))?;
     let (own, times) = (part.own.clone(), part.times.clone());
-    let key = keys.of(part.own.incarnation, Of::INFO);
+    let key = keys.endpoint(part.own.incarnation, Of::INFO);
     net::answers(session, key, move |question| {
         let info = Info {
             zero: times.zero(),

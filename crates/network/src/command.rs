@@ -50,7 +50,7 @@ impl Commands {
             part: part.clone(),
             holder: Mutex::default(),
         });
-        let key = part.peers.keys.of(part.own.incarnation, Of::COMMAND);
+        let key = part.peers.keys.endpoint(part.own.incarnation, Of::COMMAND);
         net::answers(&part.peers.session, key, move |question| {
             let commands = commands.clone();
             // The graph takes its time, and the connection must not wait for it.

@@ -48,7 +48,7 @@ impl Follower {
         let gone = Box::new(|_| ());
         let peers = Peers::follow(&session, keys.clone(), own, &Arc::default(), gone)?;
         let (sender, batches) = bounded(BACKLOG);
-        let all = keys.of_all(Of::TELEMETRY);
+        let all = keys.all_endpoints(Of::TELEMETRY);
         net::subscribe(&session, &all, move |sample| {
             let from = keys.incarnation(sample.key_expr().as_str());
             let batch = serde_json::from_slice(&sample.payload().to_bytes());
@@ -102,8 +102,9 @@ impl Follower {
         let (pid, host) = (process::id(), machine::host());
         let name = format!("the dashboard in process {pid} on {host}");
         move |command| {
-            let hub = peers.find(|info| info.is_hub);
-            let hub = hub.ok_or("the process that listens is gone")?;
+            let hub = peers
+                .find(|info| info.is_hub)
+                .ok_or("the process that listens is gone")?;
             let (by, name) = (peers.own, name.clone());
             let order = Order { by, name, command };
             peers.order(hub.incarnation, &order, "no answer")

@@ -15,11 +15,9 @@ use crate::{
     error::NetworkError,
     net,
     packet::{self, RunTimes},
-    recent::Recent,
-    refusal::{Refusal, Refused},
-    sender::{MessageSource, Sender},
+    sender::{MessageSource, Refusal, Refused, Sender},
     telemetry::SentMessage,
-    times::Times,
+    times::{Recent, Times},
 };
 
 /// Receives the messages of one node on one topic. The callback of the connection decodes,
@@ -75,8 +73,10 @@ impl Inlet {
         let width = self.width + self.chains.count();
         let (head, mut row) = packet::decode(bytes, width)?;
         let stamp = self.times.time(head.stamp)?;
-        let origin = head.origin.map(|origin| self.times.time(origin));
-        let origin = origin.transpose()?;
+        let origin = head
+            .origin
+            .map(|origin| self.times.time(origin))
+            .transpose()?;
         let at = self.check_sender(MessageSource::direct(head.incarnation), head.seq)?;
         let sensed = origin.unwrap_or(stamp);
         self.times

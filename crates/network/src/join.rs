@@ -18,7 +18,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use ratelab::{Knob, Topology};
+use ratelab::{Digest, Knob, Topology};
 use ratelab_system::{Alias, Setup, WorldKind};
 
 use crate::{error::NetworkError, peers::Peers, telemetry::Info};
@@ -126,7 +126,7 @@ pub(crate) fn difference(own: &Info, other: &Info, aliases: &[Alias]) -> Option<
     }
     all.extend(knobs(own, other, aliases));
     if all.is_empty() && own.topology != other.topology {
-        all.push(of_graphs(&own.topology, &other.topology));
+        all.push(graph_differences(&own.topology, &other.topology));
     }
     let more = all.len().saturating_sub(MOST);
     all.truncate(MOST);
@@ -160,8 +160,10 @@ fn knobs(own: &Info, other: &Info, aliases: &[Alias]) -> Vec<String> {
         (!is_same(known, knob)).then(|| both(text(known), text(knob)))
     });
     let is_here = |knob: &Knob| here.iter().any(|known| known.is_of(knob));
-    let of_there = there.iter().filter(|knob| !is_here(knob));
-    let of_there = of_there.map(|knob| format!("{} only there", text(knob)));
+    let of_there = there
+        .iter()
+        .filter(|knob| !is_here(knob))
+        .map(|knob| format!("{} only there", text(knob)));
     of_here.chain(of_there).collect()
 }
 
@@ -179,14 +181,14 @@ fn complete(setup: &Setup, aliases: &[Alias]) -> Setup {
 /// decides.
 fn is_same(one: &Knob, other: &Knob) -> bool {
     let digest = |knob: &Knob| match knob {
-        Knob::Send { text, .. } => Some(text.rsplit_once("@sha256:")?.1.to_owned()),
+        Knob::Send { text, .. } => Some(text.rsplit_once(Digest::PIN)?.1.to_owned()),
         _ => None,
     };
     one == other || digest(one).is_some_and(|digest_of| Some(digest_of) == digest(other))
 }
 
 /// The first difference of two graphs.
-fn of_graphs(here: &Topology, there: &Topology) -> String {
+fn graph_differences(here: &Topology, there: &Topology) -> String {
     if let Some((here, there)) = first(&here.nodes, &there.nodes) {
         return if here.name != there.name {
             format!("a node {}", both(&there.name, &here.name))
@@ -229,7 +231,7 @@ mod tests {
     fn info(setup: &str, change: impl FnOnce(&mut Info)) -> Info {
         let (system, config) = (Arc::new(CartPole::default()), CartPole::config(setup));
         let experiment = Experiment::new(system, &config.expect("a setup")).expect("cart-pole");
-        let mut info = Info::of(&experiment, &["policy".to_owned()]);
+        let mut info = Info::new(&experiment, &["policy".to_owned()]);
         info.ratelab = "1".to_owned();
         change(&mut info);
         info

@@ -39,8 +39,11 @@ impl Keys {
 
     /// The key of the messages of `node` on `topic`.
     pub fn data(&self, node: &str, topic: &str) -> String {
-        let parts = topic.split('/').filter(|part| !part.is_empty());
-        let parts: Vec<String> = parts.map(chunk).collect();
+        let parts: Vec<String> = topic
+            .split('/')
+            .filter(|part| !part.is_empty())
+            .map(chunk)
+            .collect();
         format!("{}/data/{}/{}", self.root, chunk(node), parts.join("/"))
     }
 
@@ -65,12 +68,12 @@ impl Keys {
     }
 
     /// The key of one thing of a process.
-    pub fn of(&self, incarnation: u64, of: Of) -> String {
+    pub fn endpoint(&self, incarnation: u64, of: Of) -> String {
         format!("{}/{}", self.process(incarnation), of.0)
     }
 
     /// The keys of one thing of all processes.
-    pub fn of_all(&self, of: Of) -> String {
+    pub fn all_endpoints(&self, of: Of) -> String {
         format!("{}/{}", self.processes(), of.0)
     }
 
@@ -118,7 +121,7 @@ mod tests {
         let keys = Keys::new("cart-pole");
         for id in [0, 7, u64::MAX] {
             assert_eq!(keys.incarnation(&keys.process(id)), Some(id));
-            assert_eq!(keys.incarnation(&keys.of(id, Of::INFO)), Some(id));
+            assert_eq!(keys.incarnation(&keys.endpoint(id, Of::INFO)), Some(id));
         }
         for key in [
             "",

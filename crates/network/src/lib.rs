@@ -6,15 +6,16 @@
 //! graph ◄── command ◄── network ◄── follower                              commands
 //! ```
 //!
-//! Stands on `ratelab`, `ratelab-metrics`, `ratelab-experiment` and `ratelab-system`; the transport is
-//! zenoh's. All about times, losses and refusals is here, and most of it works without a network.
-//! Begin with [`Bridge`], the end of a process, and [`Follower`], that of a dashboard; then [`key`] for the names on the wire and [`packet`] for the bytes of a message.
+//! Stands on `ratelab`, `ratelab-metrics`, `ratelab-experiment`, `ratelab-system`,
+//! `ratelab-recording` and `ratelab-screen`; the transport is zenoh's. Times, losses and refusals are
+//! here, and most of it works without a network. Begin with [`Bridge`], the end of a process, and
+//! [`Follower`], the end of a dashboard, which shows a [`RemoteRun`]; then [`key`] for the names on
+//! the wire and [`packet`] for the bytes of a message.
 
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 
 mod bridge;
 mod command;
-mod connect;
 mod error;
 mod follower;
 mod inlet;
@@ -26,16 +27,14 @@ pub mod offset;
 mod outlet;
 pub mod packet;
 mod part;
-mod part_end;
+pub mod parts;
 mod peers;
-mod recent;
-mod refusal;
+mod remote;
 mod reporter;
 mod ros;
 pub mod sender;
 mod session;
 pub mod telemetry;
-mod threads;
 mod times;
 mod watch;
 
@@ -43,6 +42,7 @@ pub use bridge::Bridge;
 pub use error::NetworkError;
 pub use follower::Follower;
 pub use inlet::Inlet;
-pub use refusal::{Refusal, Refused};
+pub use remote::{Recordings, RemoteRun, StartCommands};
+pub use sender::{Refusal, Refused};
 pub use session::{SessionEnd, Settings, USUAL};
 pub use times::Times;

@@ -6,11 +6,10 @@ use ratelab_system::TopicChains;
 use zenoh::{Wait, qos::Priority};
 
 use crate::{
-    error::NetworkError,
+    error::{self, NetworkError},
     net,
     packet::{self, PacketHead, RunTimes},
     part::LocalPart,
-    threads,
 };
 
 /// Messages that may wait to be sent; more are lost, and counted by their reader.
@@ -30,7 +29,7 @@ pub(crate) fn for_each(
             rows.clear();
         }
     };
-    threads::thread(thread, work).map(drop)
+    error::spawn(thread, work).map(drop)
 }
 
 /// Sends the messages of `tap` in our own format.

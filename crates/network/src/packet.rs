@@ -18,7 +18,7 @@ use ratelab_system::is_run_time;
 
 use crate::{
     machine::{ClockId, ClockMoment, Nanos},
-    refusal::Refusal,
+    sender::Refusal,
 };
 
 /// The first bytes, with the version of this format.
@@ -90,8 +90,9 @@ pub fn encode(head: &PacketHead, row: &[f64]) -> Vec<u8> {
     let moments = [head.stamp, head.origin.unwrap_or(NONE)];
     let moments = moments.map(|moment| [moment.clock.0, moment.at.cast_unsigned()]);
     let words = [head.incarnation, head.seq].into_iter();
-    let words = words.chain(moments.into_iter().flatten());
-    let words = words.chain(row.iter().map(|number| number.to_bits()));
+    let words = words
+        .chain(moments.into_iter().flatten())
+        .chain(row.iter().map(|number| number.to_bits()));
     let count = (row.len() as u32).to_le_bytes();
     let begin = MAGIC.into_iter().chain(count);
     begin.chain(words.flat_map(u64::to_le_bytes)).collect()
@@ -190,7 +191,7 @@ mod tests {
 
     #[test]
     fn run_times_and_the_beginnings_of_chains_go_from_clock_to_clock() {
-        let times = RunTimes::among(&["x (m)", "origin (ns)"], 2);
+        let times = RunTimes::among(&["x (m)", "origin (ns)"].map(str::to_owned), 2);
         let row = vec![7.0, 400.0, 100.0, f64::NAN];
         let sent = times.sent(row, Time::from_nanos(500));
         assert_eq!(sent, [7.0, -100.0, -400.0, UNKNOWN]);

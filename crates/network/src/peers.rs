@@ -18,13 +18,12 @@ use zenoh::{
 };
 
 use crate::{
-    error::{Attempted, NetworkError},
+    error::{self, Attempted, NetworkError},
     key::{Keys, Of},
     machine::{self, ClockId, Nanos},
     net,
     offset::{Offsets, RoundTrip},
     telemetry::{Answer, Info, Order},
-    threads,
 };
 
 /// Time between two round trips to another clock.
@@ -89,7 +88,7 @@ impl Peers {
             }
         })?;
         let asking = Arc::downgrade(&peers);
-        threads::thread("peers", move || {
+        error::spawn("peers", move || {
             let (mut before, mut rounds) = ((0, 0), 0);
             while let Some(peers) = asking.upgrade()
                 && !peers.session.is_closed()
@@ -155,8 +154,10 @@ impl Peers {
     /// The processes that are present now.
     pub(crate) fn present(&self) -> Result<BTreeSet<u64>, NetworkError> {
         let tokens = self.tokens(&self.keys.processes())?;
-        let present = tokens.filter_map(|token| self.other(&token));
-        let present: Vec<u64> = present.take(MOST_PRESENCES).collect();
+        let present: Vec<u64> = tokens
+            .filter_map(|token| self.other(&token))
+            .take(MOST_PRESENCES)
+            .collect();
         let mut known = self.known();
         for incarnation in present {
             known.entry(incarnation).or_insert(None);
@@ -174,9 +175,15 @@ impl Peers {
 
     /// The tokens under `keys` that are there now.
     fn tokens(&self, keys: &str) -> Result<impl Iterator<Item = String> + use<>, NetworkError> {
-        let found = self.session.liveliness().get(keys).timeout(PATIENCE).wait();
-        let found = found.tried("cannot look for processes")?.into_iter();
-        let found = found.filter_map(|reply| reply.into_result().ok());
+        let found = self
+            .session
+            .liveliness()
+            .get(keys)
+            .timeout(PATIENCE)
+            .wait()
+            .tried("cannot look for processes")?
+            .into_iter()
+            .filter_map(|reply| reply.into_result().ok());
         Ok(found.map(|sample| sample.key_expr().to_string()))
     }
 
@@ -253,10 +260,16 @@ impl Peers {
     /// Asks all processes at once: one that does not answer keeps nobody waiting. Returns the
     /// answers as they come.
     fn ask_all(&self, of: Of) -> impl Iterator<Item = (u64, Vec<u8>)> {
-        let asked = self.session.get(self.keys.of_all(of));
-        let asked = asked.target(QueryTarget::All).timeout(PATIENCE);
-        let replies = asked.consolidation(ConsolidationMode::None).wait();
-        let replies = replies.into_iter().flatten();
+        let asked = self
+            .session
+            .get(self.keys.all_endpoints(of))
+            .target(QueryTarget::All)
+            .timeout(PATIENCE);
+        let replies = asked
+            .consolidation(ConsolidationMode::None)
+            .wait()
+            .into_iter()
+            .flatten();
         let answers = replies.filter_map(|reply| reply.into_result().ok());
         answers.take(MOST_PRESENCES).filter_map(|answer| {
             let from = self.keys.incarnation(answer.key_expr().as_str())?;
@@ -267,8 +280,11 @@ impl Peers {
     /// Gives a command to process `to`; `silent` is the reason if it does not answer.
     pub(crate) fn order(&self, to: u64, order: &Order, silent: &str) -> Answer {
         let order = serde_json::to_vec(order).map_err(|why| why.to_string())?;
-        let asked = self.session.get(self.keys.of(to, Of::COMMAND));
-        let asked = asked.payload(order).timeout(PATIENCE);
+        let asked = self
+            .session
+            .get(self.keys.endpoint(to, Of::COMMAND))
+            .payload(order)
+            .timeout(PATIENCE);
         let replies = asked.consolidation(ConsolidationMode::None).wait();
         let reply = replies.ok().and_then(|replies| replies.recv().ok());
         let reply = reply.and_then(|reply| reply.into_result().ok());

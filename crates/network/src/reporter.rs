@@ -9,12 +9,11 @@ use ratelab_metrics::{RowTap, Rows, Tap, TickRecord};
 use zenoh::{Wait, pubsub::Publisher, qos::Priority};
 
 use crate::{
-    error::NetworkError,
+    error::{Beat, NetworkError},
     key::Of,
     net,
     part::LocalPart,
     telemetry::{Batch, PublishedMessage, Read, SentMessage, SentTick, TopicCounts},
-    threads::Beat,
 };
 
 /// Time between two batches.
@@ -48,7 +47,10 @@ impl Reporter {
         taps: Taps,
         arrived: Receiver<(SentMessage, Time)>,
     ) -> Result<Beat, NetworkError> {
-        let key = part.peers.keys.of(part.own.incarnation, Of::TELEMETRY);
+        let key = part
+            .peers
+            .keys
+            .endpoint(part.own.incarnation, Of::TELEMETRY);
         let publisher = net::publisher(&part.peers.session, key, Priority::DataLow)?;
         let part = part.clone();
         let reporter = Self {
@@ -86,8 +88,12 @@ impl Reporter {
             let rows = tap.rows();
             Some((index, tap, rows))
         });
-        let ticks = self.taps.ticks(BACKLOG).into_iter().enumerate();
-        let ticks = ticks.filter(|(node, _)| self.part.own.runs(&graph.nodes[*node].name));
+        let ticks = self
+            .taps
+            .ticks(BACKLOG)
+            .into_iter()
+            .enumerate()
+            .filter(|(node, _)| self.part.own.runs(&graph.nodes[*node].name));
         Open {
             topics: topics.collect(),
             ticks: ticks.collect(),

@@ -1,23 +1,13 @@
-//! Who sends to a topic, and what was lost on the way.
-//!
-//! One process at a time sends to a topic. Another one takes over when it is gone: when its
-//! presence ended, or when it was silent for long. A start is a new incarnation, so that
-//! numbers from the beginning are a restart and not a reordering.
-//!
-//! | number of a message, after number *n* of the same sender | what follows |
-//! |---|---|
-//! | *n* + 1 | accepted |
-//! | higher, by no more than nodes can send in the time since *n* | accepted; those between are lost |
-//! | higher still | refused: one wrong number must not make all right ones too low |
-//! | *n*, or lower | refused: repeated, or overtaken |
-//! | any, after a silence longer than the patience | accepted: its numbers begin there |
-//!
-//! A process with both ways, our own and that of ROS, is one sender: its own way counts.
-//! Messages that are refused do not end a silence. Each row is a case of a test.
+//! The sender of a topic, and why messages of it are refused.
 
-use std::time::{Duration, Instant};
+use std::{
+    collections::BTreeMap,
+    sync::Mutex,
+    time::{Duration, Instant},
+};
 
-use crate::refusal::Refusal;
+use ratelab::sync::lock;
+use thiserror::Error;
 
 /// The most messages that a node sends in a second: the highest rate that there is.
 const MOST_PER_SECOND: f64 = 10_000.0;
@@ -136,6 +126,75 @@ fn possible(silence: Duration) -> u64 {
     AHEAD + (silence.as_secs_f64() * MOST_PER_SECOND) as u64
 }
 
+/// The reason to refuse a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Error)]
+pub enum Refusal {
+    /// It does not begin as messages do.
+    #[error("unknown format")]
+    Format,
+    /// It has another length than messages of its topic.
+    #[error("wrong length")]
+    Length,
+    /// A number in it is infinite, not a number, or beyond single precision.
+    #[error("not finite")]
+    NotFinite,
+    /// Another process sends to this topic already.
+    #[error("second sender")]
+    Sender,
+    /// Its process sends it directly as well, and not by ROS alone.
+    #[error("by ROS as well")]
+    Twin,
+    /// It was there already, or is older than one that was.
+    #[error("repeated")]
+    Repeated,
+    /// Its number is too far from the last one.
+    #[error("impossible number")]
+    Jump,
+    /// The clock of its sender is not known yet.
+    #[error("unknown clock")]
+    Clock,
+    /// By the clocks it was published later than now.
+    #[error("from the future")]
+    Future,
+    /// It was published before the run began here.
+    #[error("from before the run")]
+    Early,
+    /// Its numbers are no message of the topic.
+    #[error("invalid content")]
+    Content,
+}
+
+impl Refusal {
+    /// Whether an honest sender causes it as well: at the start of a run, or by ROS beside
+    /// ratelab's own way.
+    pub fn is_harmless(self) -> bool {
+        matches!(self, Self::Early | Self::Twin)
+    }
+}
+
+/// The number of refused messages, by reason.
+#[derive(Debug, Default)]
+pub struct Refused(Mutex<BTreeMap<Refusal, u64>>);
+
+impl Refused {
+    /// Counts a refused message.
+    pub fn count(&self, why: Refusal) {
+        *lock(&self.0).entry(why).or_default() += 1;
+    }
+
+    /// The counts by reason.
+    pub fn read(&self) -> BTreeMap<Refusal, u64> {
+        lock(&self.0).clone()
+    }
+
+    /// The number of messages that no honest sender causes.
+    pub fn hostile(&self) -> u64 {
+        let counts = self.read().into_iter();
+        let hostile = counts.filter(|(why, _)| !why.is_harmless());
+        hostile.map(|(_, count)| count).sum()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -146,21 +205,21 @@ mod tests {
     /// A name, messages (sender, number, time since the one before in ms, what follows), how many
     /// count as lost, and how many senders there were.
     const CASES: &str = "
-        in order              | 1 0 0 ok, 1 1 20 ok                                       | 0 1
-        begins late           | 1 40 0 ok, 1 41 20 ok                                     | 0 1
-        some lost             | 1 1 0 ok, 1 51 1000 ok                                    | 49 1
-        late and repeated     | 1 0 0 ok, 1 2 20 ok, 1 1 0 repeated, 1 2 0 repeated       | 1 1
-        a forged jump         | 1 1 0 ok, 1 1000000 20 jump, 1 2 20 ok                    | 0 1
-        the greatest          | 1 1 0 ok, 1 18446744073709551615 20 jump, 1 2 20 ok       | 0 1
-        half of it            | 1 1 0 ok, 1 9223372036854775808 20 jump, 1 2 20 ok        | 0 1
-        jump after jump       | 1 1 0 ok, 1 1000000 20 jump, 1 2000000 20 jump, 1 2 10 ok | 0 1
-        within reach and back | 1 0 0 ok, 1 250 20 ok, 1 1 20 repeated, 1 2 100 ok        | 249 1
-        after a silence       | 1 1 0 ok, 1 1099511627776 100 ok, 1 1099511627777 20 ok   | 0 1
-        the last of all       | 1 1 0 ok, 1 18446744073709551615 200 ok, 1 2 200 ok       | 0 1
-        a restart             | 1 40 0 ok, 1 43 20 ok, 2 0 100 ok                         | 2 2
-        a second sender waits | 1 0 0 ok, 2 0 99 second, 2 1 1 ok, 1 1 20 second          | 0 2
-        and the first is next | 1 0 0 ok, 2 1 100 ok, 1 1 20 second, 1 2 80 ok            | 0 3
-    ";
+    in order              | 1 0 0 ok, 1 1 20 ok                                       | 0 1
+    begins late           | 1 40 0 ok, 1 41 20 ok                                     | 0 1
+    some lost             | 1 1 0 ok, 1 51 1000 ok                                    | 49 1
+    late and repeated     | 1 0 0 ok, 1 2 20 ok, 1 1 0 repeated, 1 2 0 repeated       | 1 1
+    a forged jump         | 1 1 0 ok, 1 1000000 20 jump, 1 2 20 ok                    | 0 1
+    the greatest          | 1 1 0 ok, 1 18446744073709551615 20 jump, 1 2 20 ok       | 0 1
+    half of it            | 1 1 0 ok, 1 9223372036854775808 20 jump, 1 2 20 ok        | 0 1
+    jump after jump       | 1 1 0 ok, 1 1000000 20 jump, 1 2000000 20 jump, 1 2 10 ok | 0 1
+    within reach and back | 1 0 0 ok, 1 250 20 ok, 1 1 20 repeated, 1 2 100 ok        | 249 1
+    after a silence       | 1 1 0 ok, 1 1099511627776 100 ok, 1 1099511627777 20 ok   | 0 1
+    the last of all       | 1 1 0 ok, 1 18446744073709551615 200 ok, 1 2 200 ok       | 0 1
+    a restart             | 1 40 0 ok, 1 43 20 ok, 2 0 100 ok                         | 2 2
+    a second sender waits | 1 0 0 ok, 2 0 99 second, 2 1 1 ok, 1 1 20 second          | 0 2
+    and the first is next | 1 0 0 ok, 2 1 100 ok, 1 1 20 second, 1 2 80 ok            | 0 3
+";
 
     #[test]
     fn no_single_number_silences_the_sender_or_counts_as_a_loss() {

@@ -11,9 +11,9 @@ use ratelab_system::file::{FileError, read, read_text};
 use zenoh::{Config, Session, Wait, session::ZenohId};
 
 use crate::{
-    connect::connect,
     error::{Attempted, NetworkError, reason},
     machine,
+    net::connect,
 };
 
 /// Where the process that has the plant listens unless told otherwise: this machine only,
@@ -265,8 +265,12 @@ fn set(config: &mut Config, key: &str, value: &str) -> Result<(), NetworkError> 
 
 /// Whether only this machine reaches an `address` such as `tcp/127.0.0.1:7447`.
 fn is_loopback(address: &str) -> bool {
-    let host = address.split_once('/').map_or(address, |(_, host)| host);
-    let host = host.split(['?', '#']).next().unwrap_or_default();
+    let host = address
+        .split_once('/')
+        .map_or(address, |(_, host)| host)
+        .split(['?', '#'])
+        .next()
+        .unwrap_or_default();
     let host = host.rsplit_once(':').map_or(host, |(host, _)| host);
     let ip = host.trim_start_matches('[').trim_end_matches(']').parse();
     host == "localhost" || ip.is_ok_and(|ip: std::net::IpAddr| ip.is_loopback())

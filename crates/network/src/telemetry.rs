@@ -46,7 +46,7 @@ pub struct Info {
 impl Info {
     /// What runs in this process, which has the nodes of `experiment` that are `here`; without
     /// the number that its connection gives.
-    pub fn of(experiment: &Experiment, here: &[String]) -> Self {
+    pub fn new(experiment: &Experiment, here: &[String]) -> Self {
         let topology = experiment.observer().topology();
         let first = topology.nodes.first();
         Self {

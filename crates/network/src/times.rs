@@ -1,20 +1,17 @@
-//! Run time here, moments of clocks anywhere.
-//!
-//! An action rests on a reading that another machine sensed. Its time is converted to run
-//! time here, and would be converted back there, with the error of two estimates. So the
-//! original moment is kept, and sent back as it was: the plant measures the age of its own
-//! readings by its own clock alone.
+//! Run times and the clock behind them, and the newest pairs of two kinds of times.
 
-use std::sync::{Arc, OnceLock};
+use std::{
+    collections::VecDeque,
+    sync::{Arc, Mutex, OnceLock},
+};
 
-use ratelab::Time;
+use ratelab::{Time, sync::lock};
 use ratelab_metrics::Observer;
 
 use crate::{
     machine::{self, ClockId, ClockMoment, Nanos},
     offset::Offsets,
-    recent::Recent,
-    refusal::Refusal,
+    sender::Refusal,
 };
 
 /// Converts between the run time of this process and the clocks of all.
@@ -105,8 +102,40 @@ impl Times {
 
     /// The moment that run time `time` came from lately, or else is.
     pub(crate) fn origin(&self, time: Time) -> Option<ClockMoment> {
-        let known = self.origins.find(|known, _| *known == time);
-        let known = known.map(|(_, moment)| moment);
+        let known = self
+            .origins
+            .find(|known, _| *known == time)
+            .map(|(_, moment)| moment);
         known.or_else(|| self.moment(time))
+    }
+}
+
+/// Pairs that are kept: seconds at usual rates.
+const KEPT: usize = 1024;
+
+/// The newest pairs.
+#[derive(Debug)]
+pub(crate) struct Recent<A, B>(Mutex<VecDeque<(A, B)>>);
+
+impl<A, B> Default for Recent<A, B> {
+    fn default() -> Self {
+        Self(Mutex::default())
+    }
+}
+
+impl<A: Copy, B: Copy> Recent<A, B> {
+    /// Keeps a pair.
+    pub(crate) fn keep(&self, a: A, b: B) {
+        let mut pairs = lock(&self.0);
+        pairs.push_back((a, b));
+        if pairs.len() > KEPT {
+            pairs.pop_front();
+        }
+    }
+
+    /// The newest pair that is `wanted`.
+    pub(crate) fn find(&self, wanted: impl Fn(&A, &B) -> bool) -> Option<(A, B)> {
+        let pairs = lock(&self.0);
+        pairs.iter().rev().find(|(a, b)| wanted(a, b)).copied()
     }
 }

@@ -11,7 +11,12 @@ use std::{
 
 use ratelab::Time;
 
-use crate::{error::NetworkError, inlet::Inlet, part::LocalPart, peers::Peers, threads::Beat};
+use crate::{
+    error::{Beat, NetworkError},
+    inlet::Inlet,
+    part::LocalPart,
+    peers::Peers,
+};
 
 /// Time between two looks.
 const PAUSE: Duration = Duration::from_millis(20);
@@ -125,8 +130,9 @@ impl Presence {
         }
         let silent = self.silent_since.take();
         let gone = silent.map(|since| (now - since).saturating_sub(silence));
-        let after = gone.map(|gone| format!(" after {:.2} s", gone.as_secs_f64()));
-        let after = after.unwrap_or_default();
+        let after = gone
+            .map(|gone| format!(" after {:.2} s", gone.as_secs_f64()))
+            .unwrap_or_default();
         let what = match (first, again) {
             (true, _) => {
                 let there = peers.find(|info| info.runs(&inlet.node));

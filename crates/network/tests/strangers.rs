@@ -143,7 +143,7 @@ fn presences_that_nobody_answers_for_keep_no_process_out() {
     let (keep, _kept) = std::sync::mpsc::channel();
     let claimed = (1..=200).map(|number| {
         let keep = keep.clone();
-        let mute = session.declare_queryable(keys.of(number, Of::INFO));
+        let mute = session.declare_queryable(keys.endpoint(number, Of::INFO));
         let mute = mute.callback(move |query| drop(keep.send(query)));
         let token = session.liveliness().declare_token(keys.process(number));
         (
@@ -215,7 +215,7 @@ fn ros_action() -> Vec<u8> {
 fn info_of_plant(session: &Session) -> serde_json::Value {
     // A session learns only after a while who answers.
     loop {
-        let all = Keys::new("cart-pole").of_all(Of::INFO);
+        let all = Keys::new("cart-pole").all_endpoints(Of::INFO);
         let infos = session.get(all).wait().expect("asked");
         if let Ok(answer) = infos.recv() {
             let info = answer.into_result().expect("of the plant");
@@ -241,7 +241,7 @@ fn who_claims_the_session_of_a_ros_node_does_not_silence_it() {
     ] {
         info[name] = value;
     }
-    let key = keys.of(number, Of::INFO);
+    let key = keys.endpoint(number, Of::INFO);
     let claims = stranger.declare_queryable(key.clone());
     let claims = claims.callback(move |query| {
         let _ = query.reply(key.clone(), info.to_string()).wait();
@@ -286,7 +286,7 @@ fn a_run_that_was_stopped_names_who_stopped_it() {
             command: Command::Stop,
         };
         let order = serde_json::to_vec(&order).expect("JSON");
-        let all = Keys::new("cart-pole").of_all(Of::COMMAND);
+        let all = Keys::new("cart-pole").all_endpoints(Of::COMMAND);
         let asked = session.get(all).payload(order).wait().expect("asked");
         drop(asked);
         run.join().expect("a run");

@@ -21,7 +21,6 @@
 
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 
-pub mod bins;
 mod check;
 mod durations;
 pub mod printable;
@@ -37,7 +36,10 @@ pub use recorder::{
     Source, StopReason, Tapped, outside,
 };
 pub use replay::Replay;
-pub use rrd::{ReadError, RrdFormat, VIEWER, Viewer, ViewerError};
+pub use rrd::{
+    ReadError, RrdFormat, VIEWER, Viewer, ViewerError,
+    scene::latency::{BINS, width_ms},
+};
 pub use run::{
     Origin, OtherRun, ProcessRecord, Recording, RecordingEnd, RunResult, RunRows, RunStatus,
     VerdictRecord, end_of,

@@ -8,7 +8,7 @@ use ratelab_experiment::Config;
 use ratelab_metrics::Rows;
 use ratelab_system::Verdict;
 
-use crate::page::Page;
+use crate::panes::Page;
 
 /// A course about a system, with its exercises and one learner's answers.
 pub trait Course: Send + Sync {

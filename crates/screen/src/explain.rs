@@ -3,8 +3,8 @@
 use super::{
     age::{AgeData, Strain},
     frame::{FrameData, NodeData, TopicData},
-    millis::ms,
     panes::Pane,
+    sentence::ms,
 };
 
 /// What an explanation must know besides the figures of a frame.

@@ -6,7 +6,7 @@
 use std::time::{Duration, Instant};
 
 use ratelab_metrics::{Distribution, Snapshot, TopicAccount};
-use ratelab_recording::bins::{BINS, width_ms};
+use ratelab_recording::{BINS, width_ms};
 use ratelab_system::System;
 
 use super::{

@@ -26,28 +26,20 @@ mod course;
 mod error;
 mod explain;
 mod figures;
-mod flights;
 mod frame;
 mod history;
-mod key_error;
 mod knobs;
 mod lineage_taps;
-mod millis;
-mod overlap;
-mod page;
 mod panes;
 pub mod picture;
 mod plan;
 mod playback;
 mod prompt;
 mod push_age;
-mod reaction;
 mod run;
-mod sameness;
 mod sampler;
 mod sentence;
 mod session;
-mod survival_level;
 mod svg;
 mod terminal;
 #[cfg(test)]
@@ -56,7 +48,6 @@ mod theme;
 mod timeline;
 mod tour;
 mod view;
-mod xml;
 
 use std::{
     io,
@@ -78,17 +69,14 @@ pub use app::{LabOutcome, keys};
 pub use course::{Course, CoursePanel, PanelAction, Rescue, RescueAdvice};
 pub use error::ScreenError;
 pub use frame::Place;
-pub use page::Page;
-pub use panes::{JUMP, scrolled};
-pub use run::{Remote, RunSource, StatusExtra, WatchedRows, watched};
-pub use sameness::RunDigest;
+pub use panes::{JUMP, Page, scrolled};
+pub use run::{Remote, RunDigest, RunSource, StatusExtra, WatchedRows, watched};
 pub use session::{BeginRows, OpenRows, SessionResult, SessionSetup};
-pub use survival_level::SurvivalLevel;
+pub use svg::escaped;
 use terminal::{BACKLOG, Input, Keyboard, Screen, ShellRequest};
 pub use terminal::{is_there as terminal_is_there, restore as restore_terminal};
-pub use theme::{Look, Theme};
+pub use theme::{Look, SurvivalLevel, Theme};
 pub use tour::Guide;
-pub use xml::escaped;
 
 /// How the dashboard is shown.
 #[derive(Clone, Debug)]

@@ -1,8 +1,8 @@
-//! The panes and the pages over them: what has the focus, and what part of it is visible.
+//! The panes, the pages over them, and what part of both is visible.
 
 use crossterm::event::{KeyCode, KeyEvent};
 
-use super::timeline::TimelineView;
+use crate::timeline::TimelineView;
 
 /// A part of the screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -98,4 +98,48 @@ pub fn scrolled(row: usize, key: KeyCode) -> Option<usize> {
         KeyCode::Home => 0,
         _ => return None,
     })
+}
+
+/// A page.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Page {
+    /// Its title.
+    pub title: String,
+    /// Paragraphs, to be wrapped.
+    pub text: String,
+    /// In their place keys and their actions, the most important first, or words and their
+    /// meanings: in two columns if one is too high.
+    pub rows: Vec<(&'static str, &'static str)>,
+    /// The text of the input line, if any.
+    pub typed: Option<String>,
+    /// Keys and their actions, below it.
+    pub hint: &'static str,
+    /// As spans of the bottom line of the screen.
+    pub keys: &'static [(&'static str, &'static str)],
+    /// Number of lines scrolled past.
+    pub scroll: usize,
+    /// Whether it is at the bottom, so that something of the area stays in sight, and not
+    /// in the middle.
+    pub aside: bool,
+}
+
+impl Page {
+    /// Creates a page of paragraphs.
+    pub fn text(title: impl Into<String>, text: String, hint: &'static str) -> Self {
+        Self {
+            title: title.into(),
+            text,
+            hint,
+            ..Self::default()
+        }
+    }
+
+    /// Creates a page of keys or words.
+    pub fn rows(title: &str, rows: Vec<(&'static str, &'static str)>) -> Self {
+        Self {
+            title: title.to_owned(),
+            rows,
+            ..Self::default()
+        }
+    }
 }

@@ -13,10 +13,10 @@ use ratelab_recording::{Execution, Recording, Replay};
 use ratelab_system::System;
 
 use super::{
+    error::KeyError,
     frame::TRACE_S,
-    key_error::KeyError,
     knobs::{Direction, SPEEDS},
-    overlap::{HeldOverlap, OverlapView, neighbour},
+    plan::{HeldOverlap, OverlapView, neighbour},
     run::{RunSource, StatusExtra, WatchedRows, watched},
     sampler::Sampler,
 };

@@ -1,6 +1,8 @@
-//! An age in a sentence.
+//! Sentences, and the numbers in them.
 
-use ratelab::Topology;
+use std::time::Duration;
+
+use ratelab::{Topology, millis};
 use ratelab_metrics::{AgeParts, AgeStage, nanos};
 
 /// Returns an age in a sentence of at most `room` characters, where possible, such as
@@ -82,22 +84,40 @@ fn thinks(topology: &Topology, node: usize) -> bool {
     reads && topics.any(|topic| topic.publishers.contains(&node))
 }
 
+/// Such as `20 ms` or `0.350 ms`; half a millisecond above one goes to the even number.
+pub fn ms(duration: Duration) -> String {
+    format!("{} ms", number(duration))
+}
+
+/// Such as `20` or `0.350`, rounded in the same way.
+pub fn number(duration: Duration) -> String {
+    let ms = millis::to_millis(duration);
+    if duration.is_zero() || ms >= 0.9995 {
+        format!("{ms:.0}")
+    } else {
+        millis::text(ms)
+    }
+}
+
+/// As a number to count with; half a millisecond counts as one.
+pub fn whole(duration: Duration) -> u128 {
+    (duration.as_micros() + 500) / 1_000
+}
+
 #[cfg(test)]
 mod tests {
-    use std::{sync::Arc, time::Duration};
-
+    use super::*;
     use ratelab_experiment::{Config, Experiment};
     use ratelab_metrics::AgePart;
     use ratelab_system::graph_file::GraphFile;
-
-    use super::*;
+    use std::{sync::Arc, time::Duration};
 
     const STEREO: &str = "
-        name = 'stereo'
-        node.left = { rate = 10, publishes = ['/left'] }
-        node.right = { rate = 10, publishes = ['/right'] }
-        node.stereo = { trigger = ['/left', '/right'], match = 'exact:2', publishes = ['/pair'] }
-    ";
+    name = 'stereo'
+    node.left = { rate = 10, publishes = ['/left'] }
+    node.right = { rate = 10, publishes = ['/right'] }
+    node.stereo = { trigger = ['/left', '/right'], match = 'exact:2', publishes = ['/pair'] }
+";
 
     #[test]
     fn the_smallest_parts_go_together_where_there_is_no_room() {
@@ -128,7 +148,7 @@ mod tests {
         assert_eq!(
             sentence(&parts, &topology, usize::MAX, ""),
             "this push is 48 ms old: 5 in the left + 25 waiting for /right to match + 10 waiting for \
-             the executor of the stereo + 8 in the stereo"
+         the executor of the stereo + 8 in the stereo"
         );
         assert_eq!(
             sentence(&parts, &topology, 70, "more"),

@@ -19,8 +19,7 @@ use ratelab_system::System;
 
 use super::{
     lineage_taps::LineageTaps,
-    run::{RunSource, StatusExtra, WatchedRows},
-    sameness::RunDigest,
+    run::{RunDigest, RunSource, StatusExtra, WatchedRows},
 };
 use crate::{course::Course, error::ScreenError};
 

@@ -1,4 +1,4 @@
-//! A screen as an SVG file.
+//! Pictures of the screen as SVG, and text in XML.
 
 use std::{collections::BTreeSet, fmt::Write};
 
@@ -7,10 +7,7 @@ use ratatui::{
     style::{Color, Modifier},
 };
 
-use crate::{
-    theme::{Look, rgb},
-    xml::escaped,
-};
+use crate::theme::{Look, rgb};
 
 /// Size of a character cell in pixels.
 const CELL: (u16, u16) = (8, 17);
@@ -86,8 +83,9 @@ fn sheet(buffer: &Buffer, look: Look, style: &str, rows: &str) -> String {
 
 /// Row `y` of a screen.
 fn row(buffer: &Buffer, y: u16, look: Look) -> String {
-    let cells = (0..buffer.area.width).filter_map(|x| buffer.cell((x, y)));
-    let cells: Vec<&Cell> = cells.collect();
+    let cells: Vec<&Cell> = (0..buffer.area.width)
+        .filter_map(|x| buffer.cell((x, y)))
+        .collect();
     let (mut svg, mut x) = (String::new(), 0);
     for run in cells.chunk_by(|a, b| a.style() == b.style()) {
         run_of_one_style(&mut svg, run, (x, y), inks(look));
@@ -186,4 +184,22 @@ fn colour(colour: Color, ink: &str) -> String {
         }
         _ => ink.to_owned(),
     }
+}
+
+/// Returns `text` between two tags, or in an attribute. Control characters, which XML refuses,
+/// become blanks.
+pub fn escaped(text: &str) -> String {
+    let mut xml = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => xml.push_str("&amp;"),
+            '<' => xml.push_str("&lt;"),
+            '>' => xml.push_str("&gt;"),
+            '"' => xml.push_str("&quot;"),
+            '\u{fffe}' | '\u{ffff}' => xml.push(' '),
+            c if c.is_control() && c != '\n' => xml.push(' '),
+            c => xml.push(c),
+        }
+    }
+    xml
 }

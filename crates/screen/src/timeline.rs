@@ -180,18 +180,19 @@ impl Timeline {
                 .iter()
                 .flat_map(|bar| bar.parts.iter().map(move |part| (bar, part)));
             let seen = parts.filter(|(_, part)| part.from <= self.to && self.from < part.to);
-            let marks = seen.map(|(bar, part)| Mark {
-                at: part.from,
-                until: part.to,
-                kind: if part.played {
-                    MarkKind::Played
-                } else {
-                    MarkKind::Planned
-                },
-                bright: part.played,
-                by: Some(bar.number.to_string()),
-            });
-            let marks: Vec<Mark> = marks.collect();
+            let marks: Vec<Mark> = seen
+                .map(|(bar, part)| Mark {
+                    at: part.from,
+                    until: part.to,
+                    kind: if part.played {
+                        MarkKind::Played
+                    } else {
+                        MarkKind::Planned
+                    },
+                    bright: part.played,
+                    by: Some(bar.number.to_string()),
+                })
+                .collect();
             if !marks.is_empty() {
                 let name = format!("{topic} {number}");
                 self.lanes.push(Lane { name, marks });
@@ -233,11 +234,16 @@ fn order(lineage: &Lineage, acts: usize) -> Vec<usize> {
         .iter()
         .filter_map(|&node| topology.nodes[node].executor_index)
         .collect();
-    let others = topology.nodes.iter().enumerate().filter(|(node, known)| {
-        let index = known.executor_index;
-        !order.contains(node) && index.is_some_and(|index| executors.contains(&index))
-    });
-    let others: Vec<usize> = others.map(|(node, _)| node).collect();
+    let others: Vec<usize> = topology
+        .nodes
+        .iter()
+        .enumerate()
+        .filter(|(node, known)| {
+            let index = known.executor_index;
+            !order.contains(node) && index.is_some_and(|index| executors.contains(&index))
+        })
+        .map(|(node, _)| node)
+        .collect();
     order.extend(others);
     order
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ratelab::KnobKind;
+use ratelab::{Digest, KnobKind};
 
 use super::{Alias, Setup, System};
 
@@ -101,7 +101,7 @@ pub fn short_value(system: &dyn System, alias: &Alias, setup: &Setup) -> String 
     match alias.knobs {
         [(KnobKind::Send, node), ..] => short(system, node, &value),
         // Of a file its name; its digest is for recordings.
-        _ => value.split("@sha256:").take(1).collect(),
+        _ => value.split(Digest::PIN).take(1).collect(),
     }
 }
 

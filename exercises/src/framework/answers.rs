@@ -6,7 +6,7 @@ use ratelab_system::file::{LockedFile, TextError, read_text_if_there};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{Brief, Findings, Prediction, PredictionOrigin, entry::PredictionEntry};
+use super::{Brief, Findings, Prediction, PredictionOrigin, mark::PredictionEntry};
 
 /// Maximum size of a file of predictions (bytes).
 const LARGEST: u64 = 1 << 20;

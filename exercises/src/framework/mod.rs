@@ -3,8 +3,6 @@
 
 mod answers;
 mod brief;
-mod chance;
-mod entry;
 mod exercise;
 mod expectations;
 mod mark;
@@ -23,9 +21,9 @@ pub use table::PredictionPlace;
 
 pub(crate) use ratelab_experiment::Table;
 
-pub(crate) use chance::SplitMix;
 pub(crate) use exercise::{Measure, hz, mean_ms};
 pub(crate) use runs::{
     KnobRuns, RecordedRun, angle_deg, asked, cart_pole, control_loop, edge, obs_dropped, own_world,
     record, survey, widest_deg,
 };
+pub(crate) use unit::SplitMix;

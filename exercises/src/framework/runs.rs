@@ -98,8 +98,12 @@ impl KnobRuns {
 
     /// Returns the mean push age of the last second (ms), over all runs; NaN without one.
     pub(crate) fn push_age_ms(&self) -> f64 {
-        let ages = self.runs.iter().filter_map(|run| run.push_age);
-        let ages: Vec<f64> = ages.map(|age| mean_ms(Some(age.late_s))).collect();
+        let ages: Vec<f64> = self
+            .runs
+            .iter()
+            .filter_map(|run| run.push_age)
+            .map(|age| mean_ms(Some(age.late_s)))
+            .collect();
         ages.iter().sum::<f64>() / ages.len() as f64
     }
 

@@ -63,13 +63,16 @@ impl PredictionPlace {
 /// Returns the `table` with a `number` beside the row that begins with it, or between two rows.
 fn between(table: &Table, number: f64, predicted: &str) -> String {
     let mut lines = table.lines();
-    let values = table.rows.iter().map(|row| {
-        let value = row[0].split(' ').next();
-        value
-            .and_then(|value| value.parse().ok())
-            .unwrap_or(f64::NAN)
-    });
-    let values: Vec<f64> = values.collect();
+    let values: Vec<f64> = table
+        .rows
+        .iter()
+        .map(|row| {
+            let value = row[0].split(' ').next();
+            value
+                .and_then(|value| value.parse().ok())
+                .unwrap_or(f64::NAN)
+        })
+        .collect();
     let rises = values.first() < values.last();
     match values.iter().position(|value| *value == number) {
         Some(row) => lines[row + 1] += &format!("  {SIGN}"),

@@ -111,8 +111,10 @@ impl AgeCause {
         if let Some(known) = &*kept {
             return Ok(known.clone());
         }
-        let runs = (0..RUNS).into_par_iter().map(|run| self.run(seed, run));
-        let runs: Vec<CellResult> = runs.collect::<Result<_, Failure>>()?;
+        let runs: Vec<CellResult> = (0..RUNS)
+            .into_par_iter()
+            .map(|run| self.run(seed, run))
+            .collect::<Result<_, Failure>>()?;
         Ok(kept.insert(Arc::new(ByAge::of(&runs))).clone())
     }
 }

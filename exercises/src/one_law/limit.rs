@@ -31,8 +31,7 @@ impl OfCause {
     /// Returns how many of its runs with ages in this range stayed up, such as `3 of 17`.
     fn up(&self, from_ms: f64, to_ms: f64) -> String {
         let inside = |age: f64| (from_ms..to_ms).contains(&(age * 1e3));
-        let runs = self.runs.runs().filter(|(age, _)| inside(*age));
-        let runs: Vec<(f64, bool)> = runs.collect();
+        let runs: Vec<(f64, bool)> = self.runs.runs().filter(|(age, _)| inside(*age)).collect();
         let up = runs.iter().filter(|(_, up)| *up).count();
         format!("{up} of {}", runs.len())
     }

@@ -17,8 +17,7 @@ use crate::framework::{
 const SLOW_PHASES: std::ops::RangeInclusive<u32> = 1..=8;
 
 pub(crate) fn measure() -> Result<Findings, Failure> {
-    let rehearsals = SLOW_PHASES.map(Rehearsal::run);
-    let rehearsals: Vec<Rehearsal> = rehearsals.collect::<Result<_, _>>()?;
+    let rehearsals: Vec<Rehearsal> = SLOW_PHASES.map(Rehearsal::run).collect::<Result<_, _>>()?;
     let (saved, lost) = edge(&rehearsals, |rehearsal| !rehearsal.fell())?;
     let measurements = rehearsals.iter().flat_map(Rehearsal::measurements);
     Ok(Findings {

@@ -25,8 +25,11 @@ pub fn is_shipped(recording: &Recording) -> bool {
     let shipped = CartPole::KNOBS.parse_list(SHIPPED).unwrap_or_default();
     let commands: Vec<TimedKnob> = recording.events.iter().filter_map(Event::knob).collect();
     let given = |command: &TimedKnob| commands.iter().any(|given| is_near(command, given));
-    let later = commands.iter().filter(|command| command.at > Time::ZERO);
-    let later: Vec<TimedKnob> = later.cloned().collect();
+    let later: Vec<TimedKnob> = commands
+        .iter()
+        .filter(|command| command.at > Time::ZERO)
+        .cloned()
+        .collect();
     !shipped.is_empty() && (shipped.iter().all(given) || alike(&shipped, &later))
 }
 

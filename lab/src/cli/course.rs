@@ -4,7 +4,7 @@ use std::{path::PathBuf, str::FromStr};
 
 use clap::Args;
 
-use super::{heading, value_error::ValueError};
+use super::{heading, values::ValueError};
 
 /// The choice of an exercise, and the prediction.
 #[derive(Debug, Args)]

@@ -30,11 +30,11 @@ pub fn add(command: Command) -> Command {
         let mut options = command.get_arguments().filter_map(|arg| arg.get_long());
         option == "help" || options.any(|known| known == option)
     };
-    let lines = lines_for(name).filter(|line| {
-        let mut words = line.split_whitespace();
-        words.all(|word| word.strip_prefix("--").is_none_or(known))
-    });
-    let lines: Vec<String> = lines
+    let lines: Vec<String> = lines_for(name)
+        .filter(|line| {
+            let mut words = line.split_whitespace();
+            words.all(|word| word.strip_prefix("--").is_none_or(known))
+        })
         .map(|line| format!("  {}", line.replace("ratelab", &program)))
         .collect();
     if lines.is_empty() {

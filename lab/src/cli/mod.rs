@@ -1,21 +1,14 @@
 //! The command line.
 
-mod advise;
-mod check;
 mod course;
 mod examples;
 mod graph;
 mod graph_file;
-mod hunt;
-mod look;
 mod network;
-mod picture;
 mod recordings;
 mod run;
 mod sweep;
 mod system;
-mod timing;
-mod value_error;
 mod values;
 
 use std::{ffi::OsString, path::PathBuf};
@@ -24,33 +17,28 @@ use clap::{Arg, ArgMatches, Args, FromArgMatches, Subcommand, ValueHint, error::
 use clap_complete::Shell;
 use ratelab_system::plant;
 
-use crate::{
-    printable::in_line,
-    program::{self, Program},
-    version,
-};
+use crate::program::{self, Program};
+use ratelab_recording::printable::in_line;
 
 #[cfg(feature = "network")]
 pub use self::network::{NetworkArgs, ProcessArgs, RosArgs};
 pub use self::{
-    advise::AdviseArgs,
-    check::CheckArgs,
     course::{ExerciseArgs, GradeArgs, Label, Wanted},
     examples::EXAMPLES,
     graph::{ClockArg, GraphArgs},
     graph_file::{NewArgs, is_graph_file, take as take_graph_file},
-    hunt::HuntArgs,
-    look::{LookArgs, with_look},
     network::{NodeArgs, UpArgs},
-    picture::PictureArgs,
     recordings::{
         BranchArgs, ExportWebArgs, InfoArgs, ReplayArgs, TableArgs, TraceArgs, VerifyArgs,
     },
     run::{LabArgs, PlainRunArgs, RunArgs, ScreenArgs},
     sweep::{ByArg, SweepArgs},
     system::DEFAULT_RATES,
-    timing::{TimingArgs, WorldArg},
 };
+pub use graph::{TimingArgs, WorldArg};
+pub use recordings::{LookArgs, with_look};
+pub use run::PictureArgs;
+pub use sweep::{AdviseArgs, CheckArgs, HuntArgs};
 
 /// Headings of the groups of options.
 pub mod heading {
@@ -215,8 +203,8 @@ pub fn command(program: &Program) -> clap::Command {
             "{name} [GRAPH.toml] [OPTIONS]\n       {name} <COMMAND>"
         ))
         .about(about)
-        .version(version::short(program))
-        .long_version(version::long(program));
+        .version(program::short(program))
+        .long_version(program::long(program));
     let with_options = |command: clap::Command| match command.get_name() {
         "lab" | "run" | "advise" | "hunt" | "check" | "picture" | "up" | "node" => {
             network::describe(system::with_run_options(command, program), program)

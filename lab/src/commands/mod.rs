@@ -1,28 +1,21 @@
-//! The commands, a file each. Code that several of them share is outside of this folder:
-//! none imports another.
+//! The commands: a file holds one, or several that share an idea. Code that several files share is
+//! outside of this folder: none imports another.
 
 mod advise;
 mod branch;
 mod check;
-mod completions;
 mod exercise;
-mod export_web;
+mod export;
 mod grade;
+mod help;
 mod hunt;
-mod info;
-mod keys;
 mod lab;
 mod look;
-mod man;
 mod new;
-mod picture;
+mod recording;
 mod replay;
 mod run;
 mod sweep;
-mod table;
-mod tour;
-mod trace;
-mod verify;
 
 use crate::{
     cli::{Command, CourseCommand},
@@ -45,13 +38,13 @@ pub fn execute(program: &Program, command: Command) -> Result<(), Error> {
         Command::New(args) => new::new(&args),
         Command::Look(args) => look::look(&args),
         Command::Replay(args) => replay::replay(program, &args),
-        Command::Info(args) => info::info(program, &args),
-        Command::Verify(args) => verify::verify(program, &args),
+        Command::Info(args) => recording::info(program, &args),
+        Command::Verify(args) => recording::verify(program, &args),
         Command::Branch(args) => branch::branch(program, &args),
-        Command::Table(args) => table::table(program, &args),
-        Command::Trace(args) => trace::trace(program, &args),
-        Command::ExportWeb(args) => export_web::export_web(program, &args),
-        Command::Picture(args) => picture::picture(program, &args),
+        Command::Table(args) => export::table(program, &args),
+        Command::Trace(args) => export::trace(program, &args),
+        Command::ExportWeb(args) => export::export_web(program, &args),
+        Command::Picture(args) => lab::picture(program, &args),
         #[cfg(feature = "network")]
         Command::Up(args) => crate::network::up(program, &args),
         #[cfg(feature = "network")]
@@ -62,9 +55,9 @@ pub fn execute(program: &Program, command: Command) -> Result<(), Error> {
         Command::Node(_) => Err(Error::without_network("node")),
         Command::Course(CourseCommand::Exercise(args)) => exercise::exercise(program, &args),
         Command::Course(CourseCommand::Grade(args)) => grade::grade(program, &args),
-        Command::Course(CourseCommand::Tour(args)) => tour::tour(program, &args),
-        Command::Keys => keys::print_keys(program),
-        Command::Completions { shell } => completions::completions(program, shell),
-        Command::Man { folder } => man::man(program, folder.as_deref()),
+        Command::Course(CourseCommand::Tour(args)) => lab::tour(program, &args),
+        Command::Keys => help::print_keys(program),
+        Command::Completions { shell } => help::completions(program, shell),
+        Command::Man { folder } => help::man(program, folder.as_deref()),
     }
 }

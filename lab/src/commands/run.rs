@@ -14,7 +14,7 @@ use crate::{
     results::{context, destination, plan, print_results, record},
     signals,
     summary::{
-        phases::{self, PhaseSpread},
+        ages::{self, PhaseSpread},
         text::ReportContext,
     },
 };
@@ -32,7 +32,7 @@ pub fn run(program: &Program, plain: &PlainRunArgs) -> Result<(), Error> {
     }
     let phases = plain
         .phases
-        .map(|count| phases::sweep(&experiment, count))
+        .map(|count| ages::sweep(&experiment, count))
         .transpose()?;
     let (commands, interrupt) = (experiment.commands(), Interrupt::default());
     let asked = interrupt.clone();

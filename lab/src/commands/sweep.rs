@@ -16,10 +16,9 @@ use crate::{
     screen::theme,
     signals,
     sweep::{
-        by_age::AgeTable,
-        csv, json,
+        by_age::{self, AgeTable},
+        csv,
         map::{self, MapStyle},
-        markdown,
         record::Record,
         summary::SweepSummary,
         svg,
@@ -130,12 +129,12 @@ fn print_results(
         file.write(svg::svg(&summary).as_bytes())?;
     }
     let by_age = args.by.map(|ByArg::Age| AgeTable::new(swept, &summary));
-    let json = json::text(&summary, swept, topics, by_age.as_ref());
+    let json = by_age::text(&summary, swept, topics, by_age.as_ref());
     outputs.write(&json)?;
     if args.json {
         print_data(&json)?;
     } else if args.markdown && by_age.is_none() {
-        print_data(&markdown::text(&summary, &style(args).theme))?;
+        print_data(&svg::markdown(&summary, &style(args).theme))?;
     } else {
         let style = style(args);
         print_coloured(&match by_age {

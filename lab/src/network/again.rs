@@ -3,12 +3,11 @@
 use std::{collections::HashMap, env};
 
 use clap::{Args, Command};
-use ratelab_network::USUAL;
+use ratelab_network::{StartCommands, USUAL};
 
 use crate::{
     cli::{NodeArgs, UpArgs, take_graph_file},
-    command_line::command_line,
-    program,
+    program::{self, command_line},
 };
 
 /// The command line of this process.
@@ -95,7 +94,7 @@ fn connect(address: &str) -> Vec<String> {
 }
 
 /// The command lines that a dashboard names.
-pub struct StartCommands {
+pub struct CommandLines {
     /// The graph file, and its changes.
     graph: Vec<String>,
     /// Where the run listens.
@@ -104,8 +103,8 @@ pub struct StartCommands {
     built_in: &'static str,
 }
 
-impl StartCommands {
-    /// The command lines for the run at `address`.
+impl CommandLines {
+    /// Creates the command lines for the run at `address`.
     pub fn new(address: &str, built_in: &'static str) -> Self {
         let (file, with, _) = take_graph_file(env::args_os());
         let file = file.map(|file| file.display().to_string());
@@ -118,9 +117,10 @@ impl StartCommands {
             built_in,
         }
     }
+}
 
-    /// Starts `node`.
-    pub fn node(&self, node: &str) -> String {
+impl StartCommands for CommandLines {
+    fn node(&self, node: &str) -> String {
         let mut words = vec!["node".to_owned()];
         words.extend(self.graph.iter().take(1).cloned());
         words.push(node.to_owned());
@@ -129,8 +129,8 @@ impl StartCommands {
         command_line(with_name(words))
     }
 
-    /// Shows the run of `system`, which is usually in the file of its name unless it is built in.
-    pub fn lab(&self, system: &str) -> String {
+    /// The system is usually in the file of its name unless it is built in.
+    fn lab(&self, system: &str) -> String {
         let file = (system != self.built_in).then(|| format!("{system}.toml"));
         let words = ["lab".to_owned()].into_iter().chain(file);
         let words = words.chain(["--attach".to_owned(), self.address.clone()]);

@@ -4,19 +4,21 @@ use std::process;
 
 use ratelab::{Time, Topology};
 use ratelab_experiment::{Config, Experiment, Summary};
-use ratelab_network::{Bridge, SessionEnd, Settings, USUAL, machine};
+use ratelab_metrics::{Observer, TopicAccount};
+use ratelab_network::{Bridge, Inlet, SessionEnd, Settings, USUAL, machine, parts};
 use ratelab_real_clock::RealClock;
+use ratelab_recording::{Destination, ProcessRecord, Recorder, Source, StopReason};
 
-use super::{again, line, parts, stop::Stop};
+use super::again;
 use crate::{
     cli::{ClockArg, GraphArgs, NetworkArgs, NodeArgs, ProcessArgs, RosArgs},
     error::Error,
     options::{self, Defaults},
     output::{note, print_line, print_recorded, record_error},
     program::Program,
-    summary::text::{self, ReportContext},
+    signals::Stop,
+    summary::text::{self, ReportContext, line, ms},
 };
-use ratelab_recording::{Destination, ProcessRecord, Recorder, Source, StopReason};
 
 /// A process runs on the wall's clock until it is stopped.
 const DEFAULTS: Defaults = Defaults {
@@ -169,7 +171,7 @@ fn run_once(
     let (observer, system) = (part.observer(), &*program.system);
     let outcome = part.run_with(&mut clock);
     stop.by(None);
-    let lines = line::lines(&bridge, &observer);
+    let lines = traffic(&bridge, &observer);
     drop(bridge);
     let recorded = recorder.map(|recorder| {
         recorder.end(StopReason::from_outcome(&outcome));
@@ -213,12 +215,60 @@ fn seen_here(mut summary: Summary, are_here: impl Fn(&usize) -> bool) -> Summary
 
 /// What the nodes of a process without the plant did.
 fn ticks(summary: &Summary, here: &[String]) -> String {
-    let nodes = summary
+    let nodes: Vec<String> = summary
         .nodes
         .iter()
-        .filter(|node| here.iter().any(|name| **name == *node.name));
-    let nodes = nodes.map(|node| format!("{} {} ticks", node.name, node.ticks));
-    let nodes: Vec<String> = nodes.collect();
+        .filter(|node| here.iter().any(|name| **name == *node.name))
+        .map(|node| format!("{} {} ticks", node.name, node.ticks))
+        .collect();
     let text = format!("{} in {}", nodes.join(" | "), summary.sim_time);
     text::line("nodes", &text)
+}
+
+/// A line for each topic that arrived here, with its counters of the run that `observer`
+/// reads.
+fn traffic(bridge: &Bridge, observer: &Observer) -> Vec<String> {
+    let snapshot = observer.snapshot();
+    let lines = bridge.inlets().iter().map(|inlet| {
+        let (name, node) = (&inlet.name, &inlet.node);
+        let (lost, refused) = (inlet.sender().lost, refused(inlet));
+        let read = snapshot.topic(name).map(reads).unwrap_or_default();
+        line(
+            "wire",
+            &format!("{name} from {node}: {lost} lost on the way, {refused}{read}"),
+        )
+    });
+    lines.collect()
+}
+
+/// The refused messages by reason; those from before the run are none of it.
+fn refused(inlet: &Inlet) -> String {
+    let counts: Vec<String> = inlet
+        .refused
+        .read()
+        .into_iter()
+        .filter(|(why, _)| !why.is_harmless())
+        .map(|(why, count)| format!("{count} {why}"))
+        .collect();
+    if counts.is_empty() {
+        "0 refused".to_owned()
+    } else {
+        format!("refused: {}", counts.join(", "))
+    }
+}
+
+/// The messages that its link lost or that were evicted unread, and the ages of those that were read.
+fn reads(topic: &TopicAccount) -> String {
+    let mut text = match topic.lost {
+        0 => String::new(),
+        lost => format!(", {lost} by its link"),
+    };
+    text += &format!(", {} dropped", topic.dropped());
+    let ages = topic.readers.iter().map(|read| &read.ages);
+    let ages = ages.max_by_key(|ages| ages.count());
+    let at = |share| Some(ms(ages?.quantile(share)?.as_secs_f64()));
+    if let (Some(p50), Some(p99)) = (at(0.5), at(0.99)) {
+        text += &format!(", age when read p50 {p50}, p99 {p99}");
+    }
+    text
 }

@@ -11,13 +11,13 @@ use std::{
 
 use ratelab::Time;
 use ratelab_experiment::Config;
+use ratelab_network::parts;
 use ratelab_screen::terminal_is_there;
 
 use super::{
-    again,
+    again, attached,
     node::{self, Part},
-    parts,
-    show::{attached, show},
+    show,
 };
 use crate::{
     cli::{ProcessArgs, UpArgs},
@@ -25,7 +25,7 @@ use crate::{
     output::print_line,
     program::Program,
     screen::screen,
-    signals, stop_signal,
+    signals,
 };
 
 /// The port of zenoh's routers, where others on this machine look.
@@ -48,8 +48,7 @@ pub fn up(program: &Program, args: &UpArgs) -> Result<(), Error> {
     let shown = terminal_is_there();
     let start = |part: &String| ChildProcess::start(part, &address, shown);
     let mut hub = start(first)?;
-    let others = parts.iter().skip(1).map(start);
-    let others: Vec<ChildProcess> = others.collect::<Result<_, _>>()?;
+    let others: Vec<ChildProcess> = parts.iter().skip(1).map(start).collect::<Result<_, _>>()?;
     if shown {
         return show_all(program, args, &address, hub, others);
     }
@@ -129,8 +128,8 @@ struct ChildProcess {
 
 impl ChildProcess {
     fn start(part: &str, address: &str, shown: bool) -> Result<Self, Error> {
-        let program = env::current_exe();
-        let program = program.map_err(|why| Error::Network(format!("cannot start: {why}")))?;
+        let program =
+            env::current_exe().map_err(|why| Error::Network(format!("cannot start: {why}")))?;
         let mut command = Command::new(program);
         command.args(env::args_os().skip(1));
         command.args(["--part", part, address]);
@@ -164,7 +163,7 @@ impl ChildProcess {
         let printed = String::from_utf8_lossy(printed.unwrap_or_default()).into_owned();
         let why = match ended {
             Ok(output) if output.status.success() => return (printed, Ok(())),
-            _ if stop_signal::exit_code().is_some() => return (printed, Ok(())),
+            _ if signals::exit_code().is_some() => return (printed, Ok(())),
             Ok(output) => output.status.to_string(),
             Err(why) => why.to_string(),
         };

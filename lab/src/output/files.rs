@@ -7,7 +7,7 @@ use std::{
 
 use ratelab_system::file::{Provisional, folder_of, is_same};
 
-use super::{OutputFile, kind::OutputKind};
+use super::{OutputFile, file::OutputKind};
 use crate::error::Error;
 
 /// The files to write, and the files to read.
@@ -137,8 +137,7 @@ impl NewFolders {
     /// The error of the operating system.
     pub fn leading_to(folder: &Path) -> io::Result<Self> {
         let is_missing = |folder: &&Path| *folder != Path::new("") && !folder.exists();
-        let missing = folder.ancestors().take_while(is_missing);
-        let missing: Vec<&Path> = missing.collect();
+        let missing: Vec<&Path> = folder.ancestors().take_while(is_missing).collect();
         let mut made = Self::default();
         for folder in missing.into_iter().rev() {
             let (folder, ()) = Provisional::new(folder, |folder| fs::create_dir_all(folder))?;

@@ -7,17 +7,13 @@
 
 mod file;
 mod files;
-mod kind;
-mod live;
 mod pipe;
 mod print;
 mod progress;
 
-pub use file::{OutputFile, refuse_existing};
+pub use file::{OutputFile, OutputKind, refuse_existing};
 pub use files::{NewFolders, OutputPlan, Outputs, try_new};
-pub use kind::OutputKind;
-pub use live::Live;
-pub use pipe::waits_for_reader;
+pub use pipe::{Live, waits_for_reader};
 pub use print::{
     error, note, print_coloured, print_data, print_line, print_recorded, print_result, printed,
     prompt, record_error, stopped_by, write_error,

@@ -1,19 +1,23 @@
-//! Named pipes, whose readers may be slow or absent: no signal waits for them.
+//! Files that are written to while a run goes on, and pipes.
 
 use std::{
-    fs::{File, OpenOptions},
+    fs::{self, File, OpenOptions},
     io::{self, Write},
-    os::unix::fs::{FileTypeExt, OpenOptionsExt},
+    os::{
+        fd::AsFd,
+        unix::fs::{FileTypeExt, OpenOptionsExt},
+    },
     path::Path,
     sync::atomic::{AtomicUsize, Ordering},
     thread,
     time::{Duration, Instant},
 };
 
+use ratelab_system::file::{Provisional, check_writable, resolved};
 use rustix::{fs::OFlags, io::Errno};
 
 use super::print::note;
-use crate::stop_signal;
+use crate::signals;
 
 /// Time between two attempts.
 const PAUSE: Duration = Duration::from_millis(10);
@@ -110,11 +114,94 @@ impl Write for PatientFile {
 /// Waits a moment, after `waited` so far; the error after a signal gives the reason.
 fn wait(why: &str, waited: Duration) -> io::Result<()> {
     let patient = waited < GRACE && !waited.is_zero();
-    if stop_signal::exit_code().is_some() && !patient {
+    if signals::exit_code().is_some() && !patient {
         return Err(io::Error::other(format!(
             "{why}, and a signal ended the wait"
         )));
     }
     thread::sleep(PAUSE);
     Ok(())
+}
+
+/// An open file with unchanged content until [`begin`](Self::begin). If it is dropped
+/// before, a new file is removed.
+pub struct Live {
+    file: File,
+    /// Whether its old content is discarded.
+    replaces: bool,
+    /// A newly created file.
+    made: Option<Provisional>,
+}
+
+impl Live {
+    /// Opens or creates the file at `path`.
+    ///
+    /// # Errors
+    /// The error of the operating system.
+    pub fn open(path: &Path) -> io::Result<Self> {
+        let open = match standard_stream(path) {
+            None if is_pipe(path) => Some(open(path)?),
+            stream => stream,
+        };
+        if let Some(file) = open {
+            return Ok(Self {
+                file,
+                replaces: false,
+                made: None,
+            });
+        }
+        if !path.exists() {
+            let (made, file) = Provisional::new(&resolved(path)?, |path| File::create_new(path))?;
+            return Ok(Self {
+                file,
+                replaces: true,
+                made: Some(made),
+            });
+        }
+        check_writable(path)?;
+        let file = File::options().write(true).open(path)?;
+        Ok(Self {
+            replaces: file.metadata()?.is_file(),
+            made: None,
+            file,
+        })
+    }
+
+    /// Returns the file, emptied.
+    ///
+    /// # Errors
+    /// The error of the operating system.
+    pub fn begin(&mut self) -> io::Result<PatientFile> {
+        if self.replaces {
+            self.file.set_len(0)?;
+        }
+        if let Some(made) = self.made.take() {
+            made.keep();
+        }
+        self.file.try_clone().map(PatientFile)
+    }
+}
+
+/// Standard output or standard error, if it goes to the file at `path`: with two separate
+/// streams each would overwrite the other's text.
+fn standard_stream(path: &Path) -> Option<File> {
+    if !path.is_file() {
+        return None;
+    }
+    let file = same_file::Handle::from_path(path).ok()?;
+    let stream = if same_file::Handle::stdout().is_ok_and(|stream| stream == file) {
+        io::stdout().as_fd().try_clone_to_owned()
+    } else if same_file::Handle::stderr().is_ok_and(|stream| stream == file) {
+        io::stderr().as_fd().try_clone_to_owned()
+    } else {
+        return None;
+    };
+    stream.map(File::from).ok()
+}
+
+/// Returns whether the file at `path` must be written in place: a pipe, a device, or the target of
+/// standard output.
+pub fn must_be_live(path: &Path) -> bool {
+    let special = fs::metadata(path).is_ok_and(|about| !about.is_file());
+    special || standard_stream(path).is_some()
 }

@@ -11,14 +11,14 @@ use rustix::{
     fs::{FileType, fstat},
     io::Errno,
 };
-use serde_json::Value;
+use serde::Serialize;
 
 use crate::{
     error::Error,
-    printable::{in_coloured_lines, in_lines, one_line},
     summary::text,
     wrap::{fitted, room},
 };
+use ratelab_recording::printable::{in_coloured_lines, in_lines, one_line};
 use ratelab_recording::{FinishedRecording, RecordError};
 
 /// Prints lines for people to standard output, made safe for a terminal and wrapped to its
@@ -50,8 +50,11 @@ pub fn print_data(text: &str) -> Result<(), Error> {
 }
 
 /// Prints a result: for programs with `--json`, and otherwise for people.
-pub fn print_result(json: bool, data: &Value, text: &str) -> Result<(), Error> {
+pub fn print_result(json: bool, report: &impl Serialize, text: &str) -> Result<(), Error> {
     if json {
+        // By way of a value, which sorts the keys.
+        let data = serde_json::to_value(report);
+        let data = data.map_err(|why| write_error(Path::new("the result"), why.into()))?;
         print_data(&format!("{data:#}"))
     } else {
         print_line(text)

@@ -15,7 +15,7 @@ use super::{
     Digits, ages,
     text::{ReportContext, saw_the_wall},
 };
-use crate::timing::{has_set_times, was_late};
+use crate::summary::{has_set_times, was_late};
 
 /// Returns the metrics by their keys.
 ///

@@ -13,11 +13,9 @@ use ratelab_system::{
     plant,
 };
 
-use super::{ages, phases::PhaseSpread};
-use crate::{
-    printable::in_line,
-    timing::{self, was_late},
-};
+use super::ages::{self, PhaseSpread};
+use crate::summary::{self, was_late};
+use ratelab_recording::printable::in_line;
 
 /// Information for a report beside the summary.
 #[derive(Default)]
@@ -42,7 +40,7 @@ pub struct ReportContext {
 pub fn render(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
     let mut lines = known([
         ("clock", Some(clock(system, summary, context))),
-        ("world", timing::world(system, summary)),
+        ("world", summary::world(system, summary)),
         ("rates", Some(rates(system, summary))),
         ("verdict", Some(verdict(system, summary, context))),
         ("topics", topics(summary)),
@@ -68,8 +66,10 @@ pub fn render(system: &dyn System, summary: &Summary, context: &ReportContext) -
     lines.extend(times(summary));
     let knobs = KnobText(system.knobs().aliases());
     lines.extend(changes(knobs, &summary.events));
-    let late = summary.config.knobs.iter();
-    let late: Vec<_> = late
+    let late: Vec<_> = summary
+        .config
+        .knobs
+        .iter()
         .filter(|knob| knob.at > summary.sim_time)
         .cloned()
         .collect();
@@ -85,7 +85,7 @@ pub fn render(system: &dyn System, summary: &Summary, context: &ReportContext) -
 /// Returns the duration and lateness of ticks: of all nodes if the run used wall time, otherwise of
 /// nodes with configured timing, and of nodes that an executor made late without it.
 fn times(summary: &Summary) -> Vec<(&'static str, String)> {
-    let timed = |node: &NodeAccount| timing::has_set_times(summary, &node.name);
+    let timed = |node: &NodeAccount| summary::has_set_times(summary, &node.name);
     let wall = saw_the_wall(summary);
     let late = |node: &NodeAccount| wall || was_late(node);
     let shown = |node: &NodeAccount| wall || timed(node) || was_late(node) || node.overruns > 0;

@@ -9,10 +9,7 @@ use ratelab_recording::{
 };
 use ratelab_system::{file::Provisional, names::key};
 
-use super::{
-    figures,
-    summary::{RowSummary, SweepSummary},
-};
+use super::summary::{self, RowSummary, SweepSummary};
 use crate::{
     error::Error,
     output::{record_error, write_error},
@@ -38,9 +35,9 @@ fn plots(summary: &SweepSummary) -> Vec<Plot> {
     )];
     if let Some((_, meter)) = summary.sweep.system.latency() {
         let title = format!("mean {meter} latency (ms)");
-        plots.push(("latency", title, figures::LATENCY.value));
+        plots.push(("latency", title, summary::LATENCY.value));
         let title = "mean push age in the last second (ms)";
-        plots.push(("age", title.to_owned(), figures::AGE.value));
+        plots.push(("age", title.to_owned(), summary::AGE.value));
     }
     if summary.rows().iter().any(|row| row.theory.growth.is_some()) {
         let title = "growth of a small deviation by linear theory (1/s): above 0 is no fall yet";
@@ -137,11 +134,11 @@ impl SweepTimeline {
 
     /// Returns the rows with this figure.
     fn curve(&self, rows: &[RowSummary], figure: impl Fn(&RowSummary) -> Option<f64>) -> Curve {
-        let points = rows
+        let mut points: Curve = rows
             .iter()
             .enumerate()
-            .filter_map(|(index, row)| Some((self.place(index, row), figure(row)?)));
-        let mut points: Curve = points.collect();
+            .filter_map(|(index, row)| Some((self.place(index, row), figure(row)?)))
+            .collect();
         points.sort_by_key(|(place, _)| *place);
         points
     }

@@ -1,14 +1,14 @@
-//! The sweep as a heat map in an SVG file: a row per combination of the slower knobs, a
-//! column per value of the fastest. A cell has the number of successful runs, and a bar as
-//! high as their share.
+//! The result as a heat map, and as a table in Markdown.
 
 use std::fmt::Write;
 
+use ratelab::millis;
 use ratelab_screen::{Look, Theme, escaped};
 
 use super::{
-    figures, map,
-    summary::{RowSummary, SweepGrid, SweepSummary},
+    csv::PartColumn,
+    map,
+    summary::{self, RowSummary, SweepGrid, SweepSummary},
 };
 
 /// Height of a cell and of a line of text, width of a character (pixels).
@@ -114,7 +114,7 @@ impl<'s> HeatMap<'s> {
         let value = self.summary.main.with_unit(&row.value);
         let value = format!("{} {value}", self.summary.main.label());
         let place_name = [name, &value].join(" ");
-        let told = format!("{}: {}", place_name.trim(), figures::count(row));
+        let told = format!("{}: {}", place_name.trim(), summary::count(row));
         let told = escaped(&told);
         let _ = writeln!(
             svg,
@@ -138,4 +138,55 @@ fn text(svg: &mut String, (x, y): (usize, usize), anchor: &str, text: &str) {
         svg,
         "<text x=\"{x}\" y=\"{y}\" text-anchor=\"{anchor}\">{text}</text>"
     );
+}
+
+/// Returns the runs in a line, and a table: a row per value with its figures if one knob is swept,
+/// otherwise a row per combination of the slower knobs and a column per value of the fastest.
+pub fn markdown(summary: &SweepSummary, theme: &Theme) -> String {
+    let mut groups = summary.groups();
+    let mut table = match (groups.len(), groups.next()) {
+        (1, Some(rows)) => figures(summary, rows),
+        _ => counts(summary),
+    };
+    let head: Vec<String> = map::head(summary, theme)
+        .into_iter()
+        .map(|(name, text)| format!("{name}: {text}"))
+        .collect();
+    // The line below the heading: figures are aligned to the right.
+    table.insert(1, vec!["---:".to_owned(); table[0].len()]);
+    let table: Vec<String> = table.iter().map(|cells| row(cells)).collect();
+    format!("{}\n\n{}", head.join("; "), table.join("\n"))
+}
+
+/// Returns the rows of one group with their figures, below a heading.
+fn figures(summary: &SweepSummary, rows: &[RowSummary]) -> Vec<Vec<String>> {
+    let figures = summary::all(summary);
+    let mut head = vec![summary.main.heading(), summary.good.clone()];
+    head.extend(figures.iter().map(|of| format!("{}{}", of.name, of.unit)));
+    head.extend(summary.parts.iter().map(PartColumn::name));
+    let body = rows.iter().map(|row| {
+        let mut cells = vec![row.value.clone(), summary::count(row)];
+        cells.extend(figures.iter().map(|figure| figure.text(row)));
+        let ms = |ms: &Option<f64>| ms.map_or("-".to_owned(), millis::text);
+        cells.extend(row.parts.iter().map(ms));
+        cells
+    });
+    [head].into_iter().chain(body).collect()
+}
+
+/// Returns how many runs were successful, below the values of the fastest knob.
+fn counts(summary: &SweepSummary) -> Vec<Vec<String>> {
+    let grid = summary.grid();
+    let values = grid.values.into_iter().map(str::to_owned);
+    let head: Vec<String> = [grid.heading].into_iter().chain(values).collect();
+    let rows = grid.groups.into_iter().map(|(name, rows)| {
+        let counts = rows.iter().map(summary::count);
+        [name].into_iter().chain(counts).collect()
+    });
+    [head].into_iter().chain(rows).collect()
+}
+
+fn row(cells: &[String]) -> String {
+    let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
+    format!("| {} |", cells.join(" | "))
 }

@@ -3,9 +3,7 @@
 //! Times are run times in seconds, durations and ages are in milliseconds, and each name of a column
 //! has its unit. A cell is empty where there is nothing, such as the arrival of a lost message.
 
-mod node;
-mod topic;
-
+mod rows;
 use std::sync::Arc;
 
 use ratelab::Time;
@@ -14,7 +12,8 @@ use ratelab_metrics::Lineage;
 use ratelab_recording::{Recording, Replay};
 use ratelab_system::{System, names::key};
 
-use crate::{csv::row_of, summary::ages::data_of};
+use crate::summary::ages::data_of;
+use ratelab_recording::printable::row_of;
 
 /// What a table is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,19 +6,15 @@
 pub mod licences;
 
 mod error;
-mod machine;
 mod platform;
 mod program;
 mod share;
-mod tarball;
 mod tree;
 mod wheel;
 
 pub use error::Error;
-pub use machine::Machine;
-pub use platform::{glibc, wheel_tag};
+pub use platform::{Machine, glibc, wheel_tag};
 pub use program::Linker;
 pub use share::share;
-pub use tarball::tarball;
-pub use tree::{File, Tree};
+pub use tree::{File, Tree, tarball};
 pub use wheel::{Wheel, wheel};

@@ -10,7 +10,10 @@ use std::{
 
 use xtask::mujoco::{DYNAMIC_LINK_DIR, STATIC_LINK_DIR};
 
-use crate::{Error, Machine, glibc, machine::said, platform::MACOS};
+use crate::{
+    Error, Machine, glibc,
+    platform::{MACOS, said},
+};
 
 /// N of 2.N: RHEL 8, Debian 10 and later.
 const GLIBC: u32 = 28;

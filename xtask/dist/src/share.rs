@@ -80,8 +80,11 @@ fn unpack(tree: &Tree, folder: &Path) -> Result<PathBuf, Error> {
 /// Returns the names of the files in `folder`.
 pub(crate) fn names(folder: &Path) -> Result<Vec<String>, Error> {
     let entries = fs::read_dir(folder).map_err(Error::io("read", folder))?;
-    let names = entries.flatten().map(|entry| entry.file_name());
-    let mut names: Vec<_> = names.filter_map(|name| name.into_string().ok()).collect();
+    let mut names: Vec<_> = entries
+        .flatten()
+        .map(|entry| entry.file_name())
+        .filter_map(|name| name.into_string().ok())
+        .collect();
     names.sort();
     Ok(names)
 }

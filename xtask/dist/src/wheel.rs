@@ -56,10 +56,10 @@ impl Wheel {
         let Self {
             version, viewer, ..
         } = self;
-        let licences = licences
+        let licences: String = licences
             .iter()
-            .map(|file| format!("License-File: {file}\n"));
-        let licences: String = licences.collect();
+            .map(|file| format!("License-File: {file}\n"))
+            .collect();
         format!(
             "Metadata-Version: 2.4\n\
              Name: ratelab\n\
@@ -95,10 +95,11 @@ pub fn wheel(tree: &Tree, about: &Wheel) -> ZipResult<Vec<u8>> {
     for (path, file) in tree.files() {
         packed.insert(about.place(path), file.clone());
     }
-    let licences = tree
+    let licences: Vec<_> = tree
         .files()
-        .filter_map(|(path, _)| path.strip_prefix(FOLDER));
-    let licences: Vec<_> = licences.map(|path| path.trim_start_matches('/')).collect();
+        .filter_map(|(path, _)| path.strip_prefix(FOLDER))
+        .map(|path| path.trim_start_matches('/'))
+        .collect();
     let info = format!("{}.dist-info", about.name());
     packed.add(format!("{info}/METADATA"), about.about(&licences));
     packed.add(format!("{info}/WHEEL"), about.format());

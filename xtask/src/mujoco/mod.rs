@@ -4,9 +4,6 @@
 //! hash and works with the user's index or proxy.
 
 mod error;
-mod platform;
-mod python;
-mod scratch;
 mod source;
 mod wheel;
 
@@ -15,11 +12,10 @@ use std::io;
 use std::path::Path;
 
 pub use error::Error;
-pub use platform::Platform;
-pub use source::{DYNAMIC_LINK_DIR, STATIC_LINK_DIR, Source};
+pub use source::{DYNAMIC_LINK_DIR, Platform, STATIC_LINK_DIR, Source};
 
-use python::Python;
-use scratch::Scratch;
+use error::Scratch;
+use wheel::Python;
 
 /// The MuJoCo release that mujoco-rs binds.
 pub const VERSION: &str = "3.17.0";

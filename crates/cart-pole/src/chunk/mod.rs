@@ -11,33 +11,28 @@
 //! two chunks overlap (`Merge`). What that came to is in its `PlayerStep`s. A policy
 //! that ticks on request (`ChunkSettings::refill`) is triggered by the player's messages on `/request`.
 
-mod figures;
-mod history;
 mod message;
 mod planner;
-mod planning;
 mod player;
-mod policy_node;
 mod queue;
 mod settings;
 mod warnings;
 
 use std::time::Duration;
 
-pub(crate) use self::{
-    figures::ChunkTally,
-    message::{PLAYER_STEP, REQUEST},
-    planner::ChunkPlanner,
-    planning::{FIXED, PLANNING},
-    player::Player,
-    policy_node::ChunkPolicy,
-    settings::{ChunkSettings, ExpectedDelay, Merge, PlayKind},
-    warnings::warnings,
-};
 pub use self::{
     message::{CHUNK, Chunk},
     settings::PlanKind,
 };
+pub(crate) use self::{
+    message::{PLAYER_STEP, REQUEST},
+    planner::ChunkPlanner,
+    player::Player,
+    settings::{ChunkSettings, ExpectedDelay, Merge, PlayKind},
+    warnings::warnings,
+};
+pub(crate) use planner::{ChunkPolicy, FIXED, PLANNING};
+pub(crate) use player::ChunkTally;
 
 /// Name of the node that plays chunks.
 pub(crate) const PLAYER: &str = "player";

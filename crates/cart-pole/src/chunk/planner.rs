@@ -1,16 +1,21 @@
-//! What a policy plans for a reading.
+//! Plans chunks of actions: the node, how it decides, and what it plans by.
 
 use std::{collections::VecDeque, sync::Arc, time::Duration};
 
-use ratelab::Time;
+use ratelab::{
+    Flow, Head, Knob, LastTick, Node, NodeCrash, NodeError, Publisher, Subscription, Tick,
+    TickResult, Time,
+};
+use ratelab_metrics::Fields;
+use ratelab_system::{ActionPlan, Planning, PlayStep, Spoiler};
 
 use super::{
-    ACTION_PERIOD,
-    message::Chunk,
-    settings::{ChunkSettings, ExpectedDelay, PlanKind},
+    ACTION_PERIOD, PLAYER,
+    message::{CHUNK, Chunk, PLAYER_STEP, PlayerStep, Request},
+    settings::{ChunkSettings, ExpectedDelay, Horizon, PlanKind, replace},
 };
 use crate::{
-    Action, Observation, PlantError,
+    ACTION, ACTUATOR, Action, DISTURB, NotFinite, Observation, POLICY, PlantError,
     body::Body,
     policy::{Moment, Policy},
 };
@@ -168,4 +173,168 @@ impl ChunkPlanner {
         let newest = self.own.iter().rposition(|chunk| chunk.from <= since);
         self.own.drain(..newest.unwrap_or(0));
     }
+}
+
+/// Plans a chunk for the newest observation, with a policy that knows nothing of chunks.
+pub struct ChunkPolicy {
+    /// The policy.
+    pub policy: Box<dyn Policy>,
+    /// What it plans.
+    pub planner: ChunkPlanner,
+    /// How long its ticks take.
+    pub last_tick: LastTick,
+    /// Subscription to `/obs`.
+    pub observations: Subscription<Observation>,
+    /// Publisher of `/chunk`.
+    pub chunks: Publisher<Chunk>,
+    /// The requests that it ticks on, if it does not tick at a rate.
+    pub requests: Option<Subscription<Request>>,
+}
+
+impl Node for ChunkPolicy {
+    fn tick(&mut self, tick: &mut Tick) -> TickResult {
+        if let Some(took) = self.last_tick.take() {
+            self.planner.took(took);
+        }
+        if let Some(requests) = &mut self.requests {
+            tick.read(requests);
+        }
+        let Some(sensed) = tick.read(&mut self.observations) else {
+            return Ok(Flow::Continue); // No reading yet.
+        };
+        let (policy, origin) = (&mut *self.policy, sensed.sensed());
+        let chunk = self.planner.chunk(policy, &sensed.data, origin, tick.now());
+        if let Some(why) = self.policy.crash() {
+            return Err(NodeCrash(why).into());
+        }
+        let finite = chunk.actions.iter().find(|action| !action.is_finite());
+        if let Some(action) = finite {
+            return Err(NotFinite::new(self.policy.name(), Action(*action), sensed.data).into());
+        }
+        tick.publish_from(&self.chunks, chunk, &sensed);
+        Ok(Flow::Continue)
+    }
+
+    /// Replaces the policy by the named one, if it supports that.
+    fn on_message(&mut self, text: &str) -> Result<String, NodeError> {
+        Ok(self.policy.swap(text)?)
+    }
+
+    fn set_parameter(&mut self, name: &str, value: &str, _: Time) -> Result<String, NodeError> {
+        match name {
+            "plan" => Ok(replace(&mut self.planner.settings.plan, value)?),
+            "expect-delay" => Ok(replace(&mut self.planner.settings.expected, value)?),
+            _ => Err(format!("{name} is a setting of the whole run").into()),
+        }
+    }
+
+    fn restart(&mut self) -> Result<(), NodeError> {
+        self.planner.restart();
+        self.last_tick.take();
+        Ok(self.policy.restart()?)
+    }
+}
+
+/// The plans of a policy that answers with chunks.
+pub(crate) const PLANNING: Planning = Planning {
+    plans: CHUNK,
+    plan,
+    steps: PLAYER_STEP,
+    step,
+    played: ACTION,
+    action: |row| row.first().copied().unwrap_or(f64::NAN),
+    most: 1.0,
+    longer,
+    expecting,
+    spoilers: SPOILERS,
+};
+
+/// The settings of chunks that count for a whole run.
+pub(crate) const FIXED: &[[&str; 2]] = &[
+    [POLICY, ChunkSettings::CHUNK],
+    [POLICY, "model"],
+    [PLAYER, "refill"],
+];
+
+/// What makes plans wrong, whatever the delay.
+const SPOILERS: &[Spoiler] = &[
+    Spoiler {
+        node: PLAYER,
+        name: "merge",
+        usual: "newest",
+        sound: "newest",
+        told: "merge {} averages old plans",
+    },
+    Spoiler {
+        node: POLICY,
+        name: "plan",
+        usual: "rollout",
+        sound: "committed",
+        told: "the policy's {} plans miss what is played meanwhile",
+    },
+    Spoiler {
+        node: PLAYER,
+        name: "play",
+        usual: "time",
+        sound: "time",
+        told: "play {} plays late what was meant for now",
+    },
+    Spoiler {
+        node: POLICY,
+        name: "model",
+        usual: "length:1",
+        sound: "length:1",
+        told: "the policy predicts wrongly: its model of the plant is {}",
+    },
+    Spoiler {
+        node: ACTUATOR,
+        name: DISTURB,
+        usual: "0",
+        sound: "0",
+        told: "the plant is disturbed: at random, by {} N",
+    },
+];
+
+/// Returns the knob for chunks of at least `needed` actions, in tens.
+fn longer(needed: usize) -> Knob {
+    let actions = needed.next_multiple_of(10).min(Horizon::MAX);
+    policy_knob(ChunkSettings::CHUNK, actions.to_string())
+}
+
+/// Returns the knob for chunks that are expected after this delay, to the millisecond.
+fn expecting(delay: Duration) -> Knob {
+    policy_knob("expect-delay", delay.as_millis().to_string())
+}
+
+fn policy_knob(name: &str, value: String) -> Knob {
+    Knob::Parameter {
+        node: POLICY.to_owned(),
+        name: name.to_owned(),
+        value,
+    }
+}
+
+fn plan(head: &Head, row: &[f64]) -> Option<ActionPlan> {
+    let chunk = Chunk::from_row(row)?;
+    let actions = chunk.actions.iter();
+    Some(ActionPlan {
+        kind: chunk.plan.into(),
+        made: chunk.made,
+        expected: chunk.expected,
+        begins: head.origin?,
+        period: ACTION_PERIOD,
+        actions: actions.map(|action| f64::from(*action)).collect(),
+    })
+}
+
+fn step(row: &[f64]) -> Option<PlayStep> {
+    let step = PlayerStep::from_row(row)?;
+    let predicted = Duration::from_nanos(step.predicted as u64);
+    Some(PlayStep {
+        newest: step.chunk as u64,
+        took: step.taken > 0.0,
+        stalls: step.stalls > 0.0,
+        period: ACTION_PERIOD,
+        predicted: (step.played > 0.0).then_some(predicted),
+    })
 }

@@ -4,14 +4,13 @@ use ratelab::Digest;
 use std::{fmt, io::ErrorKind, path::Path};
 
 use super::{
-    LARGEST_FILE, PolicyFault, built_in::EXPECTED, format::FileFormat, onnx::WholeGraph,
-    way_out::way_out,
+    LARGEST_FILE, PolicyFault,
+    built_in::EXPECTED,
+    format::{FileFormat, way_out},
+    onnx::WholeGraph,
 };
 use ratelab_system::file::{self, FileError};
 use serde::{Deserialize, Serialize};
-
-/// Separator between path and digest in a text, as in pinned container images.
-const PIN: &str = "@sha256:";
 
 /// What the text of a program begins with, in logs: a reader without the file knows what it is.
 const PROGRAM: &str = "exec:";
@@ -33,9 +32,8 @@ impl PolicyFile {
     /// Parses a path with an optional digest.
     pub(super) fn parse(text: &str) -> Self {
         let file = text.trim_start_matches(PROGRAM);
-        let pinned = file
-            .rsplit_once(PIN)
-            .and_then(|(path, digest)| Some((path, Some(digest.parse().ok()?))));
+        let pinned =
+            Digest::split_pin(file).and_then(|(path, digest)| Some((path, Some(digest.ok()?))));
         let (path, sha256) = pinned.unwrap_or((file, None));
         Self {
             path: path.to_owned(),
@@ -92,7 +90,7 @@ impl fmt::Display for PolicyFile {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(if self.is_program { PROGRAM } else { "" })?;
         match self.sha256 {
-            Some(digest) => write!(f, "{}{PIN}{digest}", self.path),
+            Some(digest) => write!(f, "{}{}{digest}", self.path, Digest::PIN),
             None => f.write_str(&self.path),
         }
     }

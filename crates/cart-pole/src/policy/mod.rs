@@ -15,13 +15,13 @@ mod onnx;
 mod program;
 mod spec;
 mod swappable;
-mod way_out;
 
 pub use built_in::{PolicyKind, Scripted, UnknownPolicy};
 pub(crate) use built_in::{Random, Zero};
 pub use cache::PolicyCache;
 pub use error::{PolicyError, PolicyFault};
 pub use file::PolicyFile;
+pub use format::ProgramKind;
 pub use interface::{Moment, Policy, PolicyContext};
 pub use lqr::{Lqr, LqrError};
 pub use network::{Mlp, WeightsError, read_weights};
@@ -29,7 +29,6 @@ pub use onnx::RUNS_ONNX;
 pub use program::{ProgramError, end_programs};
 pub use spec::{LoadedPolicy, PolicySpec};
 pub use swappable::SwappablePolicy;
-pub use way_out::ProgramKind;
 
 /// The largest file accepted as a policy (bytes): 16 MiB, many times the size of a
 /// network that can decide a thousand times a second.

@@ -7,11 +7,10 @@ use serde::{Deserialize, Serialize};
 use super::{
     Lqr, Policy, PolicyContext, PolicyFile, PolicyKind, Random, Scripted, UnknownPolicy, Zero,
     error::{PolicyError, PolicyFault},
-    format::FileFormat,
+    format::{FileFormat, ProgramKind, way_out},
     network::{Mlp, Network, read_weights},
     onnx::OnnxModel,
     program::{self, ProgramPolicy},
-    way_out::{ProgramKind, way_out},
 };
 
 /// The choice of a policy. As text: the name of a built-in policy, or else the path of a

@@ -5,10 +5,9 @@ use nalgebra::{DMatrix, DVector};
 use ratelab::Time;
 
 use super::{
-    control_loop::Loop,
-    error::StabilityError,
+    control_loop::{Loop, StabilityError},
+    frequency::{ACTION, Disturbances, NEWEST, Passage},
     monodromy::log_spectral_radius,
-    passage::{ACTION, Disturbances, NEWEST, Passage},
     schedule::{ScheduleEvent, events},
     span::{Noise, Weights},
     timing::TimedPush,

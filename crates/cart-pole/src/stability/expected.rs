@@ -6,12 +6,10 @@ use ratelab::{Draw, Knob, Link, ReadOrder};
 use ratelab_system::{Setup, WorldKind};
 
 use super::{
-    control_loop::{Loop, gains},
+    control_loop::{Loop, StabilityError, WorldModel, gains},
     covariance::{Loss, Lost},
-    error::StabilityError,
     planned::PlannedOutlook,
     timing::{Cadence, Timing},
-    world::WorldModel,
 };
 use crate::{
     ACTION, ACTUATOR, DISTURB, MOTOR_N, OBS, OnStale, POLICY, SENSOR, actuator_hz,

@@ -5,7 +5,9 @@ use std::time::Duration;
 use nalgebra::{Complex, ComplexField, DMatrix, Schur};
 
 use super::{
-    control_loop::Loop, error::StabilityError, passage::Passage, timing::Rates, world::WorldModel,
+    control_loop::{Loop, StabilityError, WorldModel},
+    frequency::Passage,
+    timing::Rates,
 };
 use crate::policy::Scripted;
 

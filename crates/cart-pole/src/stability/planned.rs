@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector, Matrix5};
 use ratelab::Time;
 
 use super::{
-    control_loop::Loop, covariance::twice, monodromy::log_spectral_radius, passage::ACTION,
+    control_loop::Loop, covariance::twice, frequency::ACTION, monodromy::log_spectral_radius,
 };
 use crate::{
     CART_LIMIT_M, LinearPlant, POLE_LIMIT_RAD, PlantError, START_SPREAD,

@@ -5,9 +5,8 @@ use std::{collections::HashMap, time::Duration};
 use ratelab::{Hz, Time, hyper_period};
 
 use super::{
-    error::StabilityError,
+    control_loop::{StabilityError, WorldModel},
     timing::{LONGEST, Rates, TimedPush, Timing},
-    world::WorldModel,
 };
 
 /// The longest stretch in one map: over longer ones the numbers of an unstable plant

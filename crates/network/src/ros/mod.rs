@@ -5,7 +5,6 @@
 
 mod cdr;
 mod name;
-mod publishers;
 
 use std::{
     sync::{
@@ -24,7 +23,6 @@ use zenoh::{Wait, liveliness::LivelinessToken, pubsub::Publisher, qos::Priority,
 use self::{
     cdr::{JointState, Stamp, encode_clock},
     name::{Attachment, CLOCK, Entity, JOINT_STATE, PUBLISHER, SUBSCRIPTION, Type, key},
-    publishers::Publishers,
 };
 use crate::{
     error::NetworkError,
@@ -34,9 +32,10 @@ use crate::{
     outlet::{self, BACKLOG},
     packet,
     part::LocalPart,
-    recent::Recent,
-    refusal::Refusal,
+    sender::Refusal,
+    times::Recent,
 };
+use name::Publishers;
 
 /// The side of a process that ROS sees.
 pub(crate) struct Ros {
@@ -226,8 +225,9 @@ impl Ros {
         let publishers = self.publishers.clone();
         inlet.begin(&self.part.peers.session, &key, move |inlet, sample| {
             let attachment = sample.attachment().map(|bytes| bytes.to_bytes());
-            let from = attachment.and_then(|bytes| Attachment::decode(&bytes));
-            let from = from.ok_or(Refusal::Format)?;
+            let from = attachment
+                .and_then(|bytes| Attachment::decode(&bytes))
+                .ok_or(Refusal::Format)?;
             let (row, stamp) = read(&joints, sample)?;
             let seq = u64::try_from(from.seq).map_err(|_| Refusal::Format)?;
             // A stamp of ours is the time of a reading; any other is of an unknown clock.
@@ -244,8 +244,7 @@ fn read(joints: &Joints, sample: &Sample) -> Result<(Vec<f64>, Stamp), Refusal> 
     let payload = sample.payload().to_bytes();
     let message = JointState::decode(&payload).ok_or(Refusal::Format)?;
     let values = message.values;
-    let row = (joints.to_row)(&values);
-    let row = row.ok_or_else(|| {
+    let row = (joints.to_row)(&values).ok_or_else(|| {
         if values.is_finite() {
             Refusal::Length
         } else {

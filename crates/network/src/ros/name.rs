@@ -1,8 +1,19 @@
-//! The names of rmw_zenoh: keys of topics, liveliness tokens, attachments.
-//!
-//! By its sources: `attachment_helpers.cpp`, `liveliness_utils.cpp`, `qos.cpp`.
+//! Names of ROS, and the publishers that it announces.
 
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Mutex},
+};
+
+use ratelab::sync::lock;
 use xxhash_rust::xxh3::xxh3_128;
+use zenoh::sample::SampleKind;
+
+use crate::{
+    peers::Peers,
+    sender::MessageSource,
+    session::{self, low_word},
+};
 
 /// A type of message, with its hash: another hash is another topic, without an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,17 +68,17 @@ pub struct Entity {
 impl Entity {
     /// The token of the node.
     pub fn token(&self) -> String {
-        self.of(self.number, "NN", "")
+        self.entity_token(self.number, "NN", "")
     }
 
     /// The token of endpoint `number` of the node.
     pub fn endpoint(&self, number: u32, kind: &str, topic: &str, of: Type) -> String {
         let topic = topic.replace('/', "%");
         let Type { name, hash } = of;
-        self.of(number, kind, &format!("/{topic}/{name}/{hash}/{QOS}"))
+        self.entity_token(number, kind, &format!("/{topic}/{name}/{hash}/{QOS}"))
     }
 
-    fn of(&self, number: u32, kind: &str, rest: &str) -> String {
+    fn entity_token(&self, number: u32, kind: &str, rest: &str) -> String {
         let Self {
             domain,
             session,
@@ -138,6 +149,52 @@ impl Attachment {
             stamp: i64::from_le_bytes(*stamp),
             gid: gid.try_into().ok()?,
         })
+    }
+}
+
+/// The most publishers that are known at a time.
+const MOST: usize = 4096;
+
+/// The publishers that are there, by their identities. The processes of ratelab are among the
+/// peers.
+pub(crate) struct Publishers {
+    pub(crate) peers: Arc<Peers>,
+    pub(crate) known: Mutex<BTreeMap<[u8; 16], PublisherToken>>,
+}
+
+impl Publishers {
+    /// Notes a publisher that is there or gone; returns the number of one that is gone.
+    pub(crate) fn note(&self, token: &str, kind: SampleKind) -> Option<u64> {
+        let gid = Attachment::gid(token);
+        let mut known = lock(&self.known);
+        if kind == SampleKind::Delete {
+            known.remove(&gid);
+            return Some(low_word(gid));
+        }
+        if let Some(publisher) = PublisherToken::parse(token)
+            && known.len() < MOST
+        {
+            known.insert(gid, publisher);
+        }
+        None
+    }
+
+    /// The publisher with this identity, as the sender of a message.
+    pub(crate) fn source(&self, gid: [u8; 16]) -> MessageSource {
+        let known = lock(&self.known);
+        let session = known.get(&gid).map(|publisher| publisher.session.parse());
+        MessageSource {
+            number: low_word(gid),
+            process: session.and_then(Result::ok).map(session::number),
+        }
+    }
+
+    /// Whether a ROS node publishes to the topic with this `key`.
+    pub(crate) fn publish_to(&self, key: &str) -> bool {
+        let ours = self.peers.sessions();
+        let known = lock(&self.known);
+        let mut publishers = known.values();
+        publishers.any(|known| known.key == key && !ours.contains(&known.session))
     }
 }
 

@@ -1,17 +1,16 @@
 //! Compares the claims of a file with its content, and finds the end of its intact part; of any
 //! format.
 
-mod description_error;
-mod limits;
 mod tick_schedule;
 
-pub use description_error::DescriptionError;
-pub use limits::check_graph;
+use std::collections::HashSet;
 
 use ratelab::{ClockKind, Command, Event, Hz, Knob, NodeTopology, Time, Topology};
 use ratelab_metrics::TickRecord;
+use thiserror::Error;
 
-use self::tick_schedule::TickSchedule;
+use tick_schedule::TickSchedule;
+
 use crate::run::{RecordRow, Recording, RecordingEnd, RunStatus, Series};
 
 /// The defect of a file with an impossible row.
@@ -181,4 +180,79 @@ fn is_sound(outcome: &RecordingEnd, topology: &Topology) -> bool {
                 && end.verdict.at <= outcome.at
                 && end.wall_time.as_nanos() <= longest
         })
+}
+
+/// Why the description of the run in a recording is not understood.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum DescriptionError {
+    /// It is not what a recorder writes.
+    #[error("what this recording says of itself is damaged")]
+    Damaged,
+    /// A part of the file is not what a recorder writes.
+    #[error("this recording is damaged")]
+    DamagedFile,
+    /// Its graph is not one that can be built.
+    #[error("the graph in this recording is damaged")]
+    DamagedGraph,
+    /// Its graph is larger than any that is recorded.
+    #[error(
+        "the graph in this recording has {parts} parts (nodes, topics, their ends, meters): up to \
+         {max} are read"
+    )]
+    LargeGraph {
+        /// Number of parts.
+        parts: usize,
+        /// Number of parts that are read.
+        max: usize,
+    },
+    /// Another version of the format.
+    #[error("this recording is of format {found}, this ratelab {reads} {known}: {why}")]
+    Format {
+        /// The version of the file.
+        found: u64,
+        /// Which versions are read.
+        reads: &'static str,
+        /// The version that is written.
+        known: u32,
+        /// What to do, or why.
+        why: &'static str,
+    },
+}
+
+/// Maximum number of nodes, topics, ends of topics and meters together in a graph. Each
+/// may take half a megabyte in a replay; the cart-pole has 12.
+const MAX_PARTS: usize = 256;
+
+/// Checks the graph of a recording: its size, unique names, and an existing node at every
+/// end of a topic.
+///
+/// # Errors
+/// [`DescriptionError`] for a graph that no recorder writes.
+pub fn check_graph(topology: &Topology) -> Result<(), DescriptionError> {
+    let Topology { nodes, topics } = topology;
+    let meters: usize = nodes.iter().map(|node| 1 + node.meters.len()).sum();
+    let ends = |list: &[usize]| list.len();
+    let topic_ends = topics
+        .iter()
+        .map(|topic| 1 + ends(&topic.publishers) + ends(&topic.readers));
+    let parts = meters + topic_ends.sum::<usize>();
+    if parts > MAX_PARTS {
+        return Err(DescriptionError::LargeGraph {
+            parts,
+            max: MAX_PARTS,
+        });
+    }
+    let at_nodes = |list: &[usize]| are_distinct(list) && list.iter().all(|n| *n < nodes.len());
+    let sound = are_distinct(nodes.iter().map(|node| &node.name))
+        && are_distinct(topics.iter().map(|topic| &topic.name))
+        && nodes.iter().all(|node| are_distinct(&node.meters))
+        && topics
+            .iter()
+            .all(|topic| at_nodes(&topic.publishers) && at_nodes(&topic.readers));
+    sound.then_some(()).ok_or(DescriptionError::DamagedGraph)
+}
+
+fn are_distinct<T: Eq + std::hash::Hash>(items: impl IntoIterator<Item = T>) -> bool {
+    let mut seen = HashSet::new();
+    items.into_iter().all(|item| seen.insert(item))
 }

@@ -26,8 +26,9 @@ pub struct TickSchedule {
 impl TickSchedule {
     /// Creates the schedule of `node` in a run with this `setup` and these `events`.
     pub fn new(node: &NodeTopology, setup: &Setup, events: &[Event]) -> Self {
-        let turned = events.iter().filter_map(Event::change);
-        let turned: Vec<_> = turned
+        let turned: Vec<_> = events
+            .iter()
+            .filter_map(Event::change)
             .filter(|timed| timed.knob.target() == node.name)
             .collect();
         let knobs = || {

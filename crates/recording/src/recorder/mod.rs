@@ -93,12 +93,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod destination;
 mod format;
 mod source;
 mod thread;
 
-pub use destination::Destination;
-pub use format::{BeginRun, FinishedRecording, RecordError, RecordingFormat, RunWriter, outside};
+pub use format::{
+    BeginRun, Destination, FinishedRecording, RecordError, RecordingFormat, RunWriter, outside,
+};
 pub use source::{Source, StopReason, Tapped};
 pub use thread::{BACKLOG, Recorder};

@@ -20,8 +20,7 @@ use ratelab_metrics::{Observer, RunRow, Tap};
 use ratelab_re_execution::RunLog;
 
 use super::{
-    destination::Destination,
-    format::{FinishedRecording, RecordError, RunWriter, outside},
+    format::{Destination, FinishedRecording, RecordError, RunWriter, outside},
     source::{Source, StopReason},
 };
 

@@ -1,12 +1,15 @@
 //! The layout of a recording in the viewer: everything at a glance.
 
-use std::{collections::BTreeMap, sync::Mutex};
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Mutex},
+};
 
 use ratelab::{ClockKind, sync::lock};
 use ratelab_system::{Signal, System, paced_node};
 use rerun::{
-    AsComponents, EntityPath, RecordingStream, RecordingStreamBuilder, SerializedComponentBatch,
-    StoreKind, TimePoint, Timeline,
+    AnyValues, AsComponents, EntityPath, RecordingStream, RecordingStreamBuilder,
+    SerializedComponentBatch, SeriesLines, StoreKind, TimePoint, Timeline,
     blueprint::{
         BarChartView, Blueprint, BlueprintActivation, BlueprintPanel, ContainerLike, GraphView,
         Horizontal, SelectionPanel, Spatial2DView, StateTimelineView, TextLogView, TimePanel,
@@ -15,28 +18,30 @@ use rerun::{
     },
     components::Range1D,
     datatypes::{TimeRange, TimeRangeBoundary},
-    external::re_sdk_types::blueprint::{
-        archetypes::{Background, PlotLegend, ScalarAxis, TextLogColumns, TimeAxis},
-        datatypes::{TextLogColumn, TextLogColumnKind, TimelineColumn},
+    external::{
+        arrow::array::{ArrayRef, StringArray},
+        re_sdk_types::blueprint::{
+            archetypes::{Background, PlotLegend, ScalarAxis, TextLogColumns, TimeAxis},
+            datatypes::{TextLogColumn, TextLogColumnKind, TimelineColumn},
+        },
     },
     log::{Chunk, ChunkError, LogMsg, RowId},
 };
 
 use super::{
+    file::RecordingFile,
     scene::{
         graph::GRAPH,
-        histogram::HISTOGRAM,
         lanes::TIMELINE,
-        latency::LATENCY,
-        lines::stepped,
-        modes::MODES,
-        palette,
+        latency::{HISTOGRAM, LATENCY},
+        lines::{self, stepped},
         picture::PICTURE,
-        signals,
+        signals::{self, MODES},
         traffic::{DROPPED, LINKS, PER_SECOND},
     },
-    schema::{EVENTS, NODES},
+    schema::{APPLICATION, EVENTS, JSON, NODES, ORIGIN, topic_entity},
     timeline::{RUN_TIME, Written},
+    viewer::{FileAndViewer, Viewer},
 };
 use crate::recorder::Source;
 
@@ -179,7 +184,7 @@ fn plots(source: &Source, properties: &mut Properties) -> Vec<ContainerLike> {
             .with_origin(LATENCY)
             .with_override(LATENCY, stepped().visualizer())
     });
-    let key = palette::key(source.start.topics.iter().map(|topic| &*topic.name));
+    let key = lines::key(source.start.topics.iter().map(|topic| &*topic.name));
     let sent = TimeSeriesView::new(format!("messages/s: {key}")).with_origin(PER_SECOND);
     let dropped = TimeSeriesView::new(format!("dropped so far: {key}"))
         .with_origin(DROPPED)
@@ -192,7 +197,7 @@ fn plots(source: &Source, properties: &mut Properties) -> Vec<ContainerLike> {
 fn states(source: &Source, properties: &mut Properties) -> Vec<ContainerLike> {
     let mut views = Vec::new();
     if source.observer.status().clock == ClockKind::Real {
-        let nodes = palette::key(source.start.nodes.iter().map(|node| &*node.name));
+        let nodes = lines::key(source.start.nodes.iter().map(|node| &*node.name));
         let late = TimeSeriesView::new(format!("µs late: {nodes}")).with_origin(NODES);
         views.push(properties.plot(late, None));
     }
@@ -205,7 +210,7 @@ fn states(source: &Source, properties: &mut Properties) -> Vec<ContainerLike> {
 
 fn picture(properties: &mut Properties, system: &str) -> ContainerLike {
     let view = Spatial2DView::new(system).with_origin(PICTURE);
-    let ground = Background::new(BackgroundKind::SolidColor).with_color(palette::NIGHT);
+    let ground = Background::new(BackgroundKind::SolidColor).with_color(lines::NIGHT);
     properties.set(view, &[("Background", &ground)])
 }
 
@@ -312,4 +317,39 @@ fn on_one_timeline(message: LogMsg) -> Result<LogMsg, ChunkError> {
         }
         other => other,
     })
+}
+
+/// Opens a stream to `file`, and to `viewer` if any, with layout and description.
+pub fn begin(
+    file: &RecordingFile,
+    viewer: Option<&Viewer>,
+    source: &Source,
+) -> Written<RecordingStream> {
+    let (origin, config) = (&source.origin, &source.origin.config);
+    let name = format!(
+        "{}, {} clock, seed {}",
+        origin.system, config.clock, config.seed
+    );
+    let rec = RecordingStreamBuilder::new(APPLICATION)
+        .enabled(true)
+        .recording_name(name)
+        .buffered()?;
+    match viewer {
+        None => rec.set_sink(Box::new(file.clone())),
+        Some(viewer) => rec.set_sink(Box::new(FileAndViewer::new(file.clone(), viewer))),
+    }
+    // Readers need this first, and columns overtake logged messages.
+    let json = serde_json::to_string(origin).unwrap_or_default();
+    let json: ArrayRef = Arc::new(StringArray::from(vec![json]));
+    let description = AnyValues::default().with_component_from_data(JSON, json);
+    rec.send_property(ORIGIN, &description)?;
+    let _ = rec.flush_blocking();
+    send(&rec, source)?;
+    for topic in &origin.topology.topics {
+        if let Some(fields) = source.taps.fields(&topic.name) {
+            let names = SeriesLines::new().with_names(fields.iter().map(String::as_str));
+            rec.log_static(topic_entity(&topic.name), &names)?;
+        }
+    }
+    Ok(rec)
 }

@@ -1,14 +1,13 @@
-//! Rows as columns of a file.
-//!
-//! They are read cell by cell: a missing value is not zero.
+//! Rows as columns of a file, whose numbers and payloads may be in different chunks.
 
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
+use ratelab::Head;
 use rerun::{
     ComponentDescriptor, SerializedComponentBatch, SerializedComponentColumn, SeriesLines,
     archetypes::Scalars,
     external::arrow::array::{ArrayRef, Float64Array, StringArray, UInt8Array, UInt64Array},
-    log::Chunk,
+    log::{Chunk, RowId},
 };
 
 use super::{
@@ -101,8 +100,10 @@ pub fn write<R: RecordRow>(rows: &[R]) -> Written<Vec<SerializedComponentColumn>
 /// Returns the rows in `chunk`.
 pub fn read<R: RecordRow>(chunk: &Chunk) -> Vec<Cell<R>> {
     let times = run_times(chunk);
-    let columns = R::COLUMNS.iter().map(|column| column.read(chunk, &times));
-    let columns: Vec<_> = columns.collect();
+    let columns: Vec<_> = R::COLUMNS
+        .iter()
+        .map(|column| column.read(chunk, &times))
+        .collect();
     let lists = R::LIST.map(|list| read_lists(chunk, list.name));
     let rows = (0..chunk.num_rows()).map(|index| {
         let cells = columns.iter().map(|cells| *cells.get(index)?);
@@ -269,5 +270,40 @@ fn one_a_row<T: Clone>(chunk: &Chunk, cells: impl Iterator<Item = Cell<T>>) -> V
         cells
     } else {
         vec![None; chunk.num_rows()]
+    }
+}
+
+/// The halves of the messages of a topic, by row.
+#[derive(Default)]
+pub struct MessageHalves(BTreeMap<RowId, (Option<Head>, Option<Vec<f64>>)>);
+
+impl MessageHalves {
+    /// Returns whether `chunk` has one half of its messages.
+    pub fn are_in(chunk: &Chunk) -> bool {
+        has_numbers::<Head>(chunk) != is_plotted(chunk)
+    }
+
+    /// Adds the rows of `chunk`.
+    pub fn add(&mut self, chunk: &Chunk) {
+        let heads = read::<Head>(chunk).into_iter();
+        let payloads = plotted(chunk).into_iter();
+        for (id, (head, payload)) in chunk.row_ids().zip(heads.zip(payloads)) {
+            let (known, numbers) = self.0.entry(id).or_default();
+            *known = known.or(head);
+            if let Some(payload) = payload {
+                *numbers = Some(payload.to_vec());
+            }
+        }
+    }
+
+    /// Returns the messages in the order of their numbers; `None` if a half is missing.
+    pub fn joined(self) -> Option<Vec<(Head, Vec<f64>)>> {
+        let mut rows = self
+            .0
+            .into_values()
+            .map(|(head, payload)| head.zip(payload))
+            .collect::<Option<Vec<_>>>()?;
+        rows.sort_by_key(|(head, _)| head.seq);
+        Some(rows)
     }
 }

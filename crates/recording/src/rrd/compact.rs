@@ -96,8 +96,10 @@ impl Merged {
         if chunk.entity_path().to_string() == CHECKPOINT {
             return Ok(()); // The end record states that the file is complete.
         }
-        let components = chunk.components_identifiers();
-        let mut components: Vec<String> = components.map(|name| name.to_string()).collect();
+        let mut components: Vec<String> = chunk
+            .components_identifiers()
+            .map(|name| name.to_string())
+            .collect();
         components.sort_unstable();
         let key = (chunk.entity_path().clone(), components);
         let newest = self.newest.get(&key).map(|place| &mut self.parts[*place]);

@@ -9,11 +9,12 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::{
-    columns,
-    digest::{ContentDigest, RowDigest},
+    columns::{self, MessageHalves},
     frames::MORE,
-    halves::MessageHalves,
-    schema::{CHECKPOINT, END, EVENTS, ORIGIN, THREADS, UNTIL, node_entity, topic_entity},
+    schema::{
+        CHECKPOINT, ContentDigest, END, EVENTS, ORIGIN, RowDigest, THREADS, UNTIL, node_entity,
+        topic_entity,
+    },
     thread_log::LogPieces,
 };
 use crate::{
@@ -268,8 +269,10 @@ fn add_rows<S: Series>(
     } else {
         vec![Some(&[][..]); chunk.num_rows()]
     };
-    let rows = rows.zip(payloads);
-    let mut rows: Vec<_> = rows.map_while(|(row, payload)| row.zip(payload)).collect();
+    let mut rows: Vec<_> = rows
+        .zip(payloads)
+        .map_while(|(row, payload)| row.zip(payload))
+        .collect();
     let whole = rows.len() == chunk.num_rows();
     rows.sort_by_key(|(row, _)| row.number());
     append(series, rows.into_iter(), digest, topology)?;

@@ -11,10 +11,7 @@ use rerun::{
 use super::{
     RecordingFile,
     blueprint::{Properties, ViewerLayout},
-    scene::{
-        lines::{self, Line},
-        palette,
-    },
+    scene::lines::{self, Line},
     schema::SWEEP_APPLICATION,
 };
 
@@ -77,7 +74,7 @@ impl CurvePlots {
             let names: Vec<&str> = plot.curves.iter().map(|(name, _)| &**name).collect();
             let key = match names[..] {
                 [alone] => alone.to_owned(),
-                _ => palette::key(names),
+                _ => lines::key(names),
             };
             let view = TimeSeriesView::new(format!("{}: {key}", plot.title));
             properties.plot(view.with_origin(plot.entity), plot.range)
@@ -94,7 +91,7 @@ impl CurvePlot {
     /// Sends each curve in its own colour, and the line at zero, if any.
     fn send(&self, rec: &RecordingStream, axis: TimelineName) -> RecordingStreamResult<()> {
         let count = self.curves.len();
-        let looks = palette::series(count).zip(palette::widths(count));
+        let looks = lines::series(count).zip(lines::widths(count));
         for ((name, curve), (colour, width)) in self.curves.iter().zip(looks) {
             let line = Line::new(name, colour, width);
             self.line(rec, axis, line, curve.iter().copied())?;
@@ -103,7 +100,7 @@ impl CurvePlot {
             return Ok(());
         }
         let zero = self.zero.iter().map(|place| (*place, 0.0));
-        self.line(rec, axis, Line::new("zero", palette::GREY, 1.0), zero)
+        self.line(rec, axis, Line::new("zero", lines::GREY, 1.0), zero)
     }
 
     /// Sends a line of these `points`.

@@ -29,12 +29,8 @@ mod columns;
 mod compact;
 mod content;
 mod curves;
-mod digest;
 mod file;
-mod format;
 mod frames;
-mod halves;
-mod properties;
 mod reader;
 pub mod scene;
 pub mod schema;
@@ -45,8 +41,7 @@ mod writer;
 
 pub use curves::{Curve, CurvePlot, CurvePlots};
 pub use file::RecordingFile;
-pub use format::RrdFormat;
-pub use reader::ReadError;
+pub use reader::{ReadError, RrdFormat};
 pub use viewer::{VIEWER, Viewer, ViewerError};
 
 /// Returns the version of rerun for which files are written.

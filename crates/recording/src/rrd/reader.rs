@@ -1,4 +1,4 @@
-//! Reads a recorded run from a file.
+//! Reads the rows of a recording; and rerun's format for a recorder.
 
 use std::{
     io,
@@ -11,10 +11,17 @@ use thiserror::Error;
 
 use super::{
     content::Content,
+    file::RecordingFile,
     frames::{CUT_OFF, Chunks, is_rrd, quietly},
     schema::SWEEP_APPLICATION,
+    viewer::Viewer,
+    writer::RecordingWriter,
 };
-use crate::{check::DescriptionError, run::Recording};
+use crate::{
+    check::DescriptionError,
+    recorder::{BeginRun, Destination, RecordingFormat},
+    run::Recording,
+};
 
 /// Maximum size of a file (bytes): half a day at 50 Hz. Reading takes about twice as much
 /// memory.
@@ -154,4 +161,51 @@ fn read_file(path: &Path) -> io::Result<Vec<u8>> {
             "expected a recording of {LARGEST} bytes at most, {found}"
         )),
     })
+}
+
+/// The format of rerun's files.
+#[derive(Clone, Debug)]
+pub struct RrdFormat {
+    /// The viewer that gets the recordings as well, if any.
+    pub viewer: Option<Viewer>,
+    /// Whether the end of a recording is overdue: then it has everything recorded, but no lanes for
+    /// the viewer, and is larger than necessary.
+    pub is_overdue: fn() -> bool,
+}
+
+impl Default for RrdFormat {
+    fn default() -> Self {
+        Self {
+            viewer: None,
+            is_overdue: || false,
+        }
+    }
+}
+
+impl RecordingFormat for RrdFormat {
+    fn extension(&self) -> &'static str {
+        "rrd"
+    }
+
+    fn create(&self, path: &Path) -> io::Result<BeginRun> {
+        let file = RecordingFile::create(path)?;
+        let Self { viewer, is_overdue } = self.clone();
+        Ok(Box::new(move |source| {
+            let writer = RecordingWriter::start(file, viewer.as_ref(), is_overdue, source)?;
+            Ok(Box::new(writer))
+        }))
+    }
+}
+
+impl From<Option<PathBuf>> for Destination {
+    /// rerun's files at this place; by default in the folder `recordings`.
+    fn from(place: Option<PathBuf>) -> Self {
+        Self::new(place, RrdFormat::default())
+    }
+}
+
+impl Default for Destination {
+    fn default() -> Self {
+        Self::from(None)
+    }
 }

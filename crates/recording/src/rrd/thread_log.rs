@@ -51,12 +51,15 @@ impl ThreadTrack {
     ) -> Written {
         let first = self.written;
         self.written += pieces.len() as u64;
-        let digests = pieces.iter().zip(first..).map(|((thread, bytes), row)| {
-            let digest = digest(self.digest, row, *thread as u64, bytes);
-            self.digest = Some(digest);
-            digest
-        });
-        let digests: Vec<u64> = digests.collect();
+        let digests: Vec<u64> = pieces
+            .iter()
+            .zip(first..)
+            .map(|((thread, bytes), row)| {
+                let digest = digest(self.digest, row, *thread as u64, bytes);
+                self.digest = Some(digest);
+                digest
+            })
+            .collect();
         let threads = pieces.iter().map(|(thread, _)| *thread as u64);
         let columns = [
             columns::numbers(ROW, first..self.written)?,
@@ -121,11 +124,11 @@ impl LogPieces {
     ) -> Option<ThreadLog> {
         let (mut log, mut last) = (Log::default(), None);
         let all = self.0.len();
-        let pieces = self
+        let mut pieces: Vec<_> = self
             .0
             .into_values()
-            .filter_map(|piece| piece.numbers.zip(piece.bytes));
-        let mut pieces: Vec<_> = pieces.collect();
+            .filter_map(|piece| piece.numbers.zip(piece.bytes))
+            .collect();
         let mut sound = pieces.len() == all;
         pieces.sort_by_key(|([row, ..], _)| *row);
         for (([row, thread, of], bytes), expected) in pieces.into_iter().zip(0..) {

@@ -15,13 +15,11 @@ use ratelab_system::System;
 use rerun::{EntityPath, RecordingStream};
 
 use super::{
-    columns,
+    blueprint, columns,
     compact::{LARGEST, compact},
-    digest::{ContentDigest, RowDigest},
     file::RecordingFile,
-    properties,
-    scene::{Scene, events, lanes},
-    schema::{CHECKPOINT, END, UNTIL, node_entity, topic_entity},
+    scene::{Scene, lanes, traffic},
+    schema::{CHECKPOINT, ContentDigest, END, RowDigest, UNTIL, node_entity, topic_entity},
     thread_log::ThreadTrack,
     timeline::{BatchStream, Written},
     viewer::Viewer,
@@ -76,7 +74,7 @@ impl RecordingWriter {
         is_overdue: fn() -> bool,
         source: Source,
     ) -> io::Result<Self> {
-        let rec = properties::begin(&file, viewer, &source).map_err(io::Error::other)?;
+        let rec = blueprint::begin(&file, viewer, &source).map_err(io::Error::other)?;
         let waiting = source.taps.empty_rows(&source.origin.topology);
         let json = serde_json::to_string(&source.origin).unwrap_or_default();
         // Without the handle to the taps, which would keep other taps open.
@@ -198,7 +196,7 @@ impl RecordingWriter {
             write_rows(ticks, &stream, node_entity(&node.name), digest)?;
             self.newest = self.newest.max(ticks.newest());
         }
-        events::add(&stream, events, digest)?;
+        traffic::add(&stream, events, digest)?;
         let drawn_until = until.min(self.newest.unwrap_or_default());
         // If somebody waits for the end, the part for the viewer is left out.
         if !(self.is_overdue)() {

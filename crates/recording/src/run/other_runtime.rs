@@ -8,10 +8,9 @@ use ratelab_metrics::{Rows, TickRecord};
 use ratelab_system::{BuildError, System};
 
 use super::{
-    end::{RecordingEnd, RunResult, RunStatus},
-    origin::Origin,
+    origin::{Origin, RecordingEnd, RunResult, RunStatus},
     recording::Recording,
-    rows::RunRows,
+    series::RunRows,
 };
 
 /// A run of a system on another runtime, in virtual time and to its end.

@@ -12,9 +12,8 @@ use ratelab_re_execution::Log;
 use ratelab_system::{BuildError, Builder, System, graph_file::GraphFile};
 
 use super::{
-    end::{RecordingEnd, RunResult, RunStatus},
-    origin::Origin,
-    rows::RunRows,
+    origin::{Origin, RecordingEnd, RunResult, RunStatus},
+    series::RunRows,
 };
 
 /// A recorded run, or its readable part.

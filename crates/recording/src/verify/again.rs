@@ -16,7 +16,10 @@ use ratelab_re_execution::{BusyNode, Doing, ReExecution, Watch};
 use ratelab_system::{AnswersOfNodes, BuildError, Setup, System};
 
 use super::{
-    Identical, VerifyError, compare::Comparison, difference::Difference, end, events, topology,
+    Identical, VerifyError,
+    compare::Comparison,
+    difference::{self, Difference},
+    events,
 };
 use crate::{
     recorder::StopReason,
@@ -156,7 +159,7 @@ pub fn compare(
     let experiment = prepare(recording, system, config, answers, re_execution.as_ref())?;
     let observer = experiment.observer();
     let topology = &recording.origin.topology;
-    let before = topology::compare(topology, &observer.topology())
+    let before = difference::compare_topology(topology, &observer.topology())
         .or_else(|| left_out(&recording.origin.config.setup, &whole))
         .or_else(|| events::check(recording, threads));
     super::judge(recording, system, threads, before, None)?;
@@ -207,7 +210,7 @@ fn compare_rest(
             lost: gaps.lacks,
             ..end
         };
-        end::compare([recorded, &computed], &recording.origin.topology)
+        difference::compare_end([recorded, &computed], &recording.origin.topology)
     })
 }
 

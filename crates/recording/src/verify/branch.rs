@@ -1,5 +1,4 @@
-//! Leaves a recorded run at a moment, and goes on under the virtual clock with something
-//! changed.
+//! Leaves a recorded run at a moment, and goes on under the virtual clock with something changed.
 
 use std::{sync::Arc, time::Duration};
 
@@ -9,9 +8,9 @@ use ratelab::{
 use ratelab_experiment::{Config, Experiment, Summary};
 use ratelab_re_execution::ReExecution;
 use ratelab_real_clock::RealClock;
-use ratelab_system::{AnswersOfNodes, System};
+use ratelab_system::{AnswersOfNodes, System, Verdict};
 
-use super::{VerifyError, again, events, order};
+use super::{VerifyError, again, events};
 use crate::run::Recording;
 
 /// Run time of a branch that begins at the end of the run, or of an endless one.
@@ -52,7 +51,7 @@ pub fn branch(
     departure: &Departure,
 ) -> Result<Branch, VerifyError> {
     super::refuse_foreign(recording, system)?;
-    let mut re_execution = order::re_execution(recording, &**system)?;
+    let mut re_execution = events::re_execution(recording, &**system)?;
     let at = departure.at;
     let knobs = departure.knobs.iter().cloned();
     let mut config = again::with_tables(Config {
@@ -164,4 +163,58 @@ fn commands(
     commands.extend(later.map(TimedCommand::from));
     commands.sort_by_key(|timed| timed.at);
     Ok(commands)
+}
+
+/// A recorded run, and the change at which a branch left it.
+pub struct Change {
+    /// Run time at which the branch left it.
+    pub at: Time,
+    /// The verdict of the recorded run; `None` if that is unknown.
+    pub recorded: Option<Verdict>,
+    /// The knobs that were turned.
+    pub knobs: String,
+}
+
+impl Change {
+    /// Creates the change by `knobs` at which a branch of `recording` of `system` left it.
+    pub fn new(recording: &Recording, system: &dyn System, at: Time, knobs: String) -> Self {
+        let result = recording.result();
+        Self {
+            at,
+            recorded: result.map(|result| result.verdict.verdict(system)),
+            knobs,
+        }
+    }
+
+    /// Returns the moment of the branch, and the one that was `asked` for if it is another.
+    pub fn left(&self, asked: Time) -> String {
+        if asked == self.at {
+            asked.to_string()
+        } else {
+            format!("{}, the last rest of the nodes up to {asked}", self.at)
+        }
+    }
+
+    /// Returns what the change made different; `branch` is the verdict of the branch, unless that
+    /// goes on.
+    pub fn sentence(&self, branch: Option<Verdict>) -> String {
+        let Self { at, knobs, .. } = self;
+        let before = self
+            .recorded
+            .as_ref()
+            .map(in_short)
+            .unwrap_or_else(|| "not lost so far".to_owned());
+        match branch.map(|verdict| in_short(&verdict)) {
+            Some(after) => format!("{before}; with {knobs} from {at} on: {after}"),
+            None => format!("{before}; now with {knobs} from {at} on"),
+        }
+    }
+}
+
+/// Returns the text of a verdict inside a sentence, such as `fell at 0.580 s`.
+fn in_short(verdict: &Verdict) -> String {
+    let whole = verdict.to_string();
+    let text = whole.split(" (").next().unwrap_or_default();
+    let (word, rest) = text.split_at(text.find(' ').unwrap_or(text.len()));
+    word.to_lowercase() + rest
 }

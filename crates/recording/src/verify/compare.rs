@@ -6,7 +6,7 @@ use ratelab_metrics::{Rows, RunRow, TickRecord};
 use super::{
     Identical,
     difference::{Difference, bits},
-    order,
+    events,
 };
 use crate::{
     recorder::Tapped,
@@ -124,7 +124,7 @@ impl Gaps {
         let nodes = recording.ticks.iter().filter_map(|ticks| ticks.first());
         let firsts = topics.map(RecordRow::at).chain(nodes.map(RecordRow::at));
         let complete = if threads {
-            order::is_whole(recording)
+            events::is_whole(recording)
         } else {
             recording.end_of_run().is_some()
         };

@@ -1,14 +1,19 @@
-//! Executes a run again for all of its messages and ticks.
+//! Executes a run again, with the recorded answers of programs.
 
-use std::{ops::ControlFlow, sync::Arc, thread};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    ops::ControlFlow,
+    sync::Arc,
+    thread,
+};
 
-use ratelab::Speed;
+use ratelab::{Command, EventKind, Knob, Speed};
 use ratelab_experiment::{Config, Experiment};
 use ratelab_metrics::{Observer, RunRow};
 use ratelab_re_execution::{Overlap, ReExecution, Watch};
-use ratelab_system::System;
+use ratelab_system::{AnswersOfNodes, RecordedAnswers, System};
 
-use super::{VerifyError, again, compare::Comparison, order};
+use super::{VerifyError, again, compare::Comparison, events};
 use crate::{recorder::Tapped, run::Recording};
 
 /// A run that is to be executed again.
@@ -34,7 +39,7 @@ impl Execution {
     /// [`VerifyError`] if it cannot be executed again.
     pub fn new(recording: Arc<Recording>, system: &Arc<dyn System>) -> Result<Self, VerifyError> {
         super::refuse_foreign(&recording, system)?;
-        let re_execution = order::re_execution(&recording, &**system)?;
+        let re_execution = events::re_execution(&recording, &**system)?;
         let answers = recording.answers(&**system);
         let config = Config {
             speed: Speed::Unlimited,
@@ -131,5 +136,80 @@ impl Held {
 impl Drop for Held {
     fn drop(&mut self) {
         self.watch.end();
+    }
+}
+
+impl Recording {
+    /// Whoever makes a recording may name any file. That of a program is recorded in a form that
+    /// starts none; this is one in another form, made by hand.
+    pub fn program_in_disguise(&self, system: &dyn System) -> Option<&Knob> {
+        let mut messages = self.messages_to_nodes();
+        messages.find_map(|(knob, [node, text])| {
+            let is_one = |looks| system.knobs().is_program(node, text, looks);
+            (is_one(true) && !is_one(false)).then_some(knob)
+        })
+    }
+
+    /// Returns the texts that its nodes were sent, each with the name of the node.
+    fn messages_to_nodes(&self) -> impl Iterator<Item = (&Knob, [&str; 2])> {
+        let config = &self.origin.config;
+        let timed = config.knobs.iter().map(|timed| &timed.knob);
+        let turned = self
+            .events
+            .iter()
+            .filter_map(|event| match event.applied()? {
+                Command::Set(knob) => Some(knob),
+                _ => None,
+            });
+        let knobs = config.setup.iter().chain(timed).chain(turned);
+        knobs.filter_map(|knob| match knob {
+            Knob::Send { node, text } => Some((knob, [&**node, &**text])),
+            _ => None,
+        })
+    }
+
+    /// Returns what the programs behind its nodes answered. Nodes without a recorded tick have no
+    /// answers.
+    pub(super) fn answers(&self, system: &dyn System) -> AnswersOfNodes {
+        let messages = self.messages_to_nodes();
+        let programs =
+            messages.filter(|(_, [node, text])| system.knobs().is_program(node, text, false));
+        let nodes: BTreeSet<&str> = programs.map(|(_, [node, _])| node).collect();
+        let answers = nodes
+            .into_iter()
+            .filter_map(|node| Some((node.to_owned(), Arc::new(self.answers_of(node)?))));
+        answers.collect()
+    }
+
+    /// By the start of its tick the message that `node` published in it, or why it crashed.
+    fn answers_of(&self, node: &str) -> Option<RecordedAnswers> {
+        let graph = &self.origin.topology;
+        let index = graph.node(node)?;
+        let mut topics = graph.topics.iter();
+        let topic = topics.position(|topic| topic.publishers == [index])?;
+        let messages = self.topics.get(topic)?;
+        let mut ticks = self.ticks.get(index)?.iter().peekable();
+        ticks.peek()?;
+        let mut answers = BTreeMap::new();
+        for (number, head) in messages.heads().iter().enumerate() {
+            // It is of the first tick that had not ended before it, and has no other.
+            let is_before =
+                |tick: &&ratelab_metrics::TickRecord| tick.ends.is_none_or(|ends| ends < head.at);
+            while ticks.next_if(is_before).is_some() {}
+            if let Some(tick) = ticks.next() {
+                answers.insert(tick.at, Ok(messages.row(number).to_vec()));
+            }
+        }
+        for event in &self.events {
+            if let EventKind::Crashed {
+                node: crashed,
+                cause,
+            } = &event.what
+                && crashed == node
+            {
+                answers.insert(event.at, Err(cause.clone()));
+            }
+        }
+        Some(answers)
     }
 }

@@ -1,16 +1,11 @@
 //! Runs a recorded run again and compares the two bit for bit.
 
 mod again;
-mod answers;
 mod branch;
-mod change;
 mod compare;
 mod difference;
-mod end;
 mod events;
 mod execute;
-mod order;
-mod topology;
 
 use std::{fmt, ops::ControlFlow, sync::Arc};
 
@@ -21,10 +16,10 @@ use thiserror::Error;
 
 pub use self::again::VerifyStatus;
 pub use self::branch::{Branch, Departure, branch};
-pub use self::change::Change;
 use self::difference::Difference;
 pub use self::execute::{Executed, Execution, Held};
 use crate::run::{Origin, Recording};
+pub use branch::Change;
 
 /// Why a run of the real clock does not come back, most likely.
 const LIKELY: &str =
@@ -212,7 +207,7 @@ pub fn verify(
     } else {
         recording.answers(&**system)
     };
-    let mut re_execution = order::re_execution(recording, &**system)?;
+    let mut re_execution = events::re_execution(recording, &**system)?;
     if let Some(re_execution) = re_execution.as_mut().filter(|_| perturb) {
         re_execution.perturb();
     }

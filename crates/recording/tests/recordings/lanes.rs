@@ -9,7 +9,7 @@ use ratelab::{ClockKind, NodeTopology, Time};
 use ratelab_experiment::Config;
 use ratelab_metrics::{TickCauses, TickRecord};
 use ratelab_recording::{
-    rrd::scene::{lanes::TIMELINE, modes::MODES},
+    rrd::scene::{lanes::TIMELINE, signals::MODES},
     rrd::schema::path as entity,
     rrd::timeline::RUN_TIME,
 };

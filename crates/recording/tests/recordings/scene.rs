@@ -7,14 +7,12 @@ use ratelab_cart_pole::{CartPole, POLICY, STATE};
 use ratelab_experiment::{Config, Experiment, Summary};
 use ratelab_metrics::Snapshot;
 use ratelab_recording::{
-    RunRows, Source, Tapped,
-    bins::BINS,
+    BINS, RunRows, Source, Tapped,
     rrd::{
         blueprint,
         scene::{
             Scene,
-            histogram::{HISTOGRAM, Histogram},
-            latency::LATENCY,
+            latency::{HISTOGRAM, Histogram, LATENCY},
             traffic::{DROPPED, PER_SECOND},
         },
         timeline::RUN_TIME,

@@ -8,7 +8,7 @@ use ratelab_system::{Alias, Setup, System, names::first_alias};
 
 use super::App;
 use crate::{
-    key_error::KeyError,
+    error::KeyError,
     knobs::{Direction, neighbour, with_message},
 };
 

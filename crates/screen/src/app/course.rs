@@ -11,7 +11,7 @@ use crate::{
     age::{PushData, PushSentence},
     course::{CoursePanel, PanelAction, Rescue, RescueAdvice},
     frame::{FrameData, Health, Standing},
-    page::Page,
+    panes::Page,
     run::WatchedRows,
     timeline::Timeline,
     tour::{Guide, OFFER, Seen, Tour},
@@ -82,8 +82,10 @@ impl App {
     fn stage(&self) -> Option<RescueAdvice> {
         let rescue = &self.course.by_hand.as_ref()?.rescue;
         let summary = self.shown.run.summary();
-        let lost = summary.map(|summary| &summary.verdict);
-        let lost = lost.filter(|verdict| verdict.is_lost()).cloned();
+        let lost = summary
+            .map(|summary| &summary.verdict)
+            .filter(|verdict| verdict.is_lost())
+            .cloned();
         Some(rescue.stage(&self.shown.events, lost))
     }
 

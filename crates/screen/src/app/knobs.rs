@@ -5,9 +5,9 @@ use ratelab_experiment::{Config, Experiment};
 use ratelab_recording::with_durations;
 use ratelab_system::{KnobText, Setup};
 
-use super::{App, run::ShownRun};
+use super::{App, shown::ShownRun};
 use crate::{
-    key_error::KeyError,
+    error::KeyError,
     knobs::{self, Direction, listed, targets},
 };
 

@@ -1,18 +1,14 @@
 //! The state of the dashboard, and the effects of keys on it: one model over a run here, a
 //! recording, or a run of other processes.
 
-mod branch;
 mod choices;
 mod course;
 mod input;
 pub mod keys;
 mod knobs;
 mod map;
-mod page;
 mod past;
-mod recording;
 mod restart;
-mod run;
 mod shown;
 mod time;
 
@@ -28,10 +24,8 @@ use knobs::{Knobs, without_knobs};
 use map::LabMap;
 use past::Executing;
 use ratelab_recording::{FinishedRecording, RecordError, Recording};
-use recording::LabRecordings;
-use restart::{LeftRun, Next};
-use run::ShownRun;
-use shown::Shown;
+use restart::{LabRecordings, LeftRun, Next};
+use shown::{Shown, ShownRun};
 
 use super::{
     frame::SignalTrace,
@@ -278,11 +272,12 @@ impl App {
     pub fn screen(&self) -> Option<ScreenState<'_>> {
         let (shown, system) = (&self.shown, self.system());
         let (frame, now) = (shown.frames.shown()?, shown.now()?);
-        let events = shown
+        let events: Vec<Event> = shown
             .events
             .iter()
-            .filter(|event| event.at <= now && self.may_show(event));
-        let events: Vec<Event> = events.cloned().collect();
+            .filter(|event| event.at <= now && self.may_show(event))
+            .cloned()
+            .collect();
         let playback = match &shown.run {
             ShownRun::Recorded(playback) => Some(&**playback),
             _ => None,

@@ -1,5 +1,4 @@
-//! Runs that are executed again: to look back at a run of the real clock tick by tick, and to
-//! play a recording from the start of its run.
+//! The past of a run, and branches of it.
 
 use std::{
     panic::resume_unwind,
@@ -9,11 +8,18 @@ use std::{
 
 use ratelab::{ClockKind, Command, Event, Time};
 use ratelab_metrics::Observer;
-use ratelab_recording::{Executed, Execution, Recording, VerifyError};
+use ratelab_recording::{Change, Departure, Executed, Execution, Recording, VerifyError, branch};
 use ratelab_system::System;
 
-use super::{App, run::ShownRun, shown::Shown};
-use crate::{panes::Panes, playback::Playback, sampler::Sampler};
+use super::{
+    App,
+    restart::{LeftRun, Next, Start},
+    shown::{Shown, ShownRun},
+};
+use crate::{
+    error::KeyError, frame::FrameData, panes::Panes, playback::Playback, sampler::Sampler,
+    session::Prepared,
+};
 
 /// A run that is executed again on a thread of its own.
 pub struct Executing {
@@ -166,4 +172,67 @@ fn ticks(recording: &Recording) -> usize {
 /// Returns the notice that a recording is shown as it is.
 fn from_rows(why: &VerifyError) -> String {
     format!("shown from its rows: {}; verify prints more", why.brief())
+}
+
+impl App {
+    /// Opens the prompt for the knob of a branch at the visible moment; in a branch, for
+    /// another branch of the same run.
+    pub(super) fn ask_for_branch(&mut self) {
+        if let Some((playback, _)) = self.playback() {
+            playback.rest();
+        }
+        let left = self.left.as_ref().filter(|_| self.is_live());
+        if let Some(now) = self.shown.now() {
+            let at = left.map_or(now, |left| left.change.at.min(now));
+            self.prompt.open(Some(at));
+        }
+    }
+
+    /// Returns the run so far, to be executed again; of a branch, the run that it left.
+    fn run_to_leave(&self) -> Option<Arc<Recording>> {
+        match (&self.shown.run, &self.left) {
+            (ShownRun::Recorded(playback), _) => Some(playback.recording()),
+            (_, Some(left)) => Some(left.recording.clone()),
+            _ => self.so_far(),
+        }
+    }
+
+    /// Ends this run and starts a branch of it at run time `at`, with the knobs in `text`:
+    /// at the speed and until the end of the session, or for some seconds if it is left there.
+    pub(super) fn branch(&mut self, at: Time, text: &str) -> Result<(), KeyError> {
+        let recording = self.run_to_leave().ok_or(KeyError::RunGone)?;
+        let system = &self.setup.system;
+        let departure = Departure {
+            at,
+            knobs: self.parsed(text)?,
+            end: Some(self.config.end).filter(|end| *end > at),
+            speed: self.config.speed,
+        };
+        let branch = branch(&recording, system, &departure).map_err(KeyError::refused)?;
+        let left = LeftRun {
+            change: Change::new(&recording, &**system, branch.at, text.to_owned()),
+            asked: at,
+            recording,
+        };
+        let prepared = Prepared::for_branch(branch, &self.setup);
+        let start = Start {
+            prepared: prepared.map_err(KeyError::refused)?,
+            by_hand: false,
+            left: Some(left),
+        };
+        self.leave_past();
+        self.end_with(Next::Session(Box::new(start)));
+        Ok(())
+    }
+
+    /// Adds what the branch changed to `frame`, if the session is one.
+    pub(super) fn follow_branch(&self, frame: &mut FrameData) {
+        let verdict = self
+            .shown
+            .run
+            .summary()
+            .map(|summary| summary.verdict.clone());
+        let sentence = self.left.as_ref().map(|left| left.change.sentence(verdict));
+        frame.verdict.why.splice(0..0, sentence);
+    }
 }

@@ -1,17 +1,20 @@
-//! A run on the screen, and how it is looked at.
+//! What is shown: a run here, a recording, or a run of other processes.
 
-use ratelab::{Event, Time};
+use std::ops::{Deref, DerefMut};
+
+use ratelab::{Command, Event, Time};
 use ratelab_metrics::Snapshot;
 use ratelab_system::acting;
 
-use super::run::ShownRun;
 use crate::{
     frame::FrameData,
     history::FrameHistory,
     knobs::KnobFocus,
     panes::Panes,
-    run::WatchedRows,
+    playback::Playback,
+    run::{Remote, RunSource, WatchedRows},
     sampler::Sampler,
+    session::Session,
     timeline::{Timeline, TimelineView},
 };
 
@@ -114,6 +117,49 @@ impl Shown {
     pub fn go(&mut self, at: Time) {
         if let ShownRun::Recorded(playback) = &mut self.run {
             playback.go(at, &mut self.sampler);
+        }
+    }
+}
+
+/// A run that is shown.
+pub enum ShownRun {
+    /// A run here.
+    Live(Box<Session>),
+    /// A recording that is played.
+    Recorded(Box<Playback>),
+    /// A run of other processes.
+    Remote(Box<dyn Remote>),
+}
+
+impl ShownRun {
+    /// Asks for `command`; a recording obeys none.
+    pub fn send(&mut self, command: Command) {
+        match (self, command) {
+            (Self::Live(session), command) => session.send(command),
+            (Self::Remote(run), Command::Set(knob)) => run.turn(knob),
+            _ => {}
+        }
+    }
+}
+
+impl Deref for ShownRun {
+    type Target = dyn RunSource;
+
+    fn deref(&self) -> &Self::Target {
+        match self {
+            Self::Live(session) => &**session,
+            Self::Recorded(playback) => &**playback,
+            Self::Remote(run) => &**run,
+        }
+    }
+}
+
+impl DerefMut for ShownRun {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        match self {
+            Self::Live(session) => &mut **session,
+            Self::Recorded(playback) => &mut **playback,
+            Self::Remote(run) => &mut **run,
         }
     }
 }

@@ -7,7 +7,7 @@ use std::{
 
 use ratelab::{ClockKind, Command, Speed, Time};
 
-use super::{App, restart::PATIENCE, run::ShownRun};
+use super::{App, restart::PATIENCE, shown::ShownRun};
 use crate::{
     knobs::{self, Direction},
     panes::Pane,

@@ -3,7 +3,6 @@
 //! The age of an action is the sum of its parts. The largest part has an owner, a node or
 //! a link, and a knob of the owner is the cure.
 
-mod hang;
 mod owner;
 mod plan;
 mod rules;
@@ -13,15 +12,14 @@ use ratelab::{Knob, KnobKind, Time, TimedKnob};
 use ratelab_metrics::{AgeStage, LATELY, Lineage, Snapshot};
 use ratelab_system::{Alias, Setup, System, acting, names};
 
-pub use hang::Hang;
 pub use rules::AgeOwner;
-pub use trial::{CureTrials, Trial, Tried};
+pub use trial::{CureTrials, Hang, Trial, Tried};
 
 use super::{
     age::{AgeData, Strain},
     frame::PlanData,
     knobs::setting,
-    millis::{ms, number},
+    sentence::{ms, number},
     timeline::upstream,
 };
 
@@ -96,8 +94,11 @@ impl Facts<'_> {
             let parts: Vec<String> = fresh.into_iter().chain([why]).collect();
             return vec![parts.join(": ") + self.another()];
         }
-        let needed = needed.unwrap_or_default().iter();
-        let needed: Vec<AgeOwner> = needed.map(|index| causes[*index].0).collect();
+        let needed: Vec<AgeOwner> = needed
+            .unwrap_or_default()
+            .iter()
+            .map(|index| causes[*index].0)
+            .collect();
         let mut owners = self.main_owners(acts);
         // Of what may be wrong with a plan only that counts without which it is mended.
         if !needed.is_empty() && owners.iter().any(|owner| owner.is_of_plans()) {
@@ -154,8 +155,10 @@ impl Facts<'_> {
         };
         let slow = self.pace(slowest).mul_f64(AS_SLOW);
         let path = before(self.lineage, acts).into_iter();
-        let slow = path.filter(|node| self.pace(*node) >= slow);
-        let mut slow: Vec<AgeOwner> = slow.map(AgeOwner::Rate).collect();
+        let mut slow: Vec<AgeOwner> = path
+            .filter(|node| self.pace(*node) >= slow)
+            .map(AgeOwner::Rate)
+            .collect();
         if !slow.contains(&first) {
             slow.insert(0, first);
         }

@@ -7,7 +7,7 @@ use ratelab_metrics::AgeStage;
 use ratelab_system::{Spoiler, System, acting};
 
 use super::{Facts, Tried};
-use crate::millis::{ms, number};
+use crate::sentence::{ms, number};
 
 /// The keys that raise the rates of the first aliases.
 const RATE_KEYS: [char; 2] = [']', '}'];

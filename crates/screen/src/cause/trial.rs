@@ -1,12 +1,50 @@
-//! The run again without its causes: only what was tried is said to mend it.
+//! Hangs that knobs have caused, and the run again without its causes: only what was tried is said
+//! to mend it.
 
-use std::{sync::Arc, time::Duration};
+use std::{ops::Range, sync::Arc, time::Duration};
 
-use ratelab::{ClockKind, Knob, Speed, Time};
+use ratelab::{ClockKind, Knob, Speed, Time, TimedKnob};
 use ratelab_experiment::{Config, Experiment, Summary};
 use ratelab_system::{Setup, System, WorldKind};
 
 use crate::asked::Asked;
+
+/// A tick that a knob makes long.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Hang {
+    /// Run time of the knob: the tick is the next one.
+    pub at: Time,
+    /// The node.
+    pub node: String,
+    /// Duration of the tick.
+    pub cost: Duration,
+}
+
+impl Hang {
+    /// Returns the hang that `timed` causes, if any.
+    pub fn from_knob(timed: &TimedKnob) -> Option<Self> {
+        match &timed.knob {
+            Knob::Hang { node, cost } => Some(Self {
+                at: timed.at,
+                node: node.clone(),
+                cost: *cost,
+            }),
+            _ => None,
+        }
+    }
+
+    /// Returns the hangs that a run with `setup` begins with.
+    pub fn at_the_start(setup: &Setup) -> Vec<Self> {
+        let at = Time::ZERO;
+        let knobs = setup.iter().cloned().map(|knob| TimedKnob { at, knob });
+        knobs.filter_map(|timed| Self::from_knob(&timed)).collect()
+    }
+
+    /// Returns when it may be going on, for a node with this `period`.
+    pub fn span(&self, period: Duration) -> Range<Time> {
+        self.at..self.at + period + self.cost
+    }
+}
 
 /// Run time of a trial, at least and at most; in between, twice that of the run.
 const LENGTH: [Duration; 2] = [Duration::from_secs(10), Duration::from_secs(60)];
@@ -61,8 +99,11 @@ impl Trial {
         let needed = enough.map(|count| {
             let mut needed = all[..count].to_vec();
             for index in (0..count).rev() {
-                let rest = needed.iter().copied().filter(|other| *other != index);
-                let rest: Vec<usize> = rest.collect();
+                let rest: Vec<usize> = needed
+                    .iter()
+                    .copied()
+                    .filter(|other| *other != index)
+                    .collect();
                 if stands(&rest) {
                     needed = rest;
                 }

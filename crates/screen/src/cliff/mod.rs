@@ -1,7 +1,6 @@
 //! The cliff map: the results of runs over the rate of a node and the seed, under the
 //! conditions of the session; or over any two knobs of the focus.
 
-mod fill;
 mod quantity;
 #[cfg(test)]
 pub mod tests;
@@ -16,8 +15,7 @@ use ratelab_experiment::{
 use ratelab_metrics::Snapshot;
 use ratelab_system::{Setup, System};
 
-use fill::Fill;
-use quantity::KnobQuantity;
+use quantity::{Fill, KnobQuantity};
 
 use super::knobs::{Direction, KnobFocus, listed};
 

@@ -11,10 +11,10 @@ use super::standing::RunMoment;
 use crate::{
     age::{PARTS, PushData, PushSentence, UNKNOWN},
     cause::Facts,
-    flights::dots,
     frame::{NodeData, Quantiles, TopicData},
     knobs::in_words,
-    reaction,
+    lineage_taps::dots,
+    push_age,
 };
 
 impl RunMoment<'_> {
@@ -45,7 +45,7 @@ impl RunMoment<'_> {
         }
         Some(PushData {
             sentence: PushSentence::new(&parts, lineage.topology()),
-            reaction: reaction::greatest(lineage, acts, from, to),
+            reaction: push_age::greatest(lineage, acts, from, to),
             mean,
         })
     }

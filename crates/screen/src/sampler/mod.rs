@@ -25,8 +25,7 @@ use super::{
     knobs::{first_node, setting},
     plan::Plans,
     push_age::PushAges,
-    run::{RunSource, WatchedRows, signal, signal_is_push_age},
-    sameness::RunDigest,
+    run::{RunDigest, RunSource, WatchedRows, signal, signal_is_push_age},
 };
 
 /// Duration of the light on a node after a tick (wall time).

@@ -11,8 +11,8 @@ use crate::{
     cause::{CureTrials, Facts, Trial},
     frame::{Health, Standing, VerdictData},
     knobs::first_node,
-    millis::ms,
     run::RunSource,
+    sentence::ms,
 };
 
 /// Run time without a step after which the plant stands still, unless two periods are

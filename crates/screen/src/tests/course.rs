@@ -16,7 +16,7 @@ use ratelab_system::Verdict;
 
 use crate::{
     course::{Course, CoursePanel, PanelAction, Rescue, RescueAdvice},
-    page::Page,
+    panes::Page,
 };
 
 /// The course; nothing is predicted in the beginning.

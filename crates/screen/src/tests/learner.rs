@@ -4,7 +4,7 @@ use exercises::{framework::Brief, questions};
 use ratelab_system::{Setup, System};
 
 use super::*;
-use crate::{course::PanelAction, frame::Health, millis::number};
+use crate::{course::PanelAction, frame::Health, sentence::number};
 
 /// The measured answers for the number 0. The tests of the manual keep this page true.
 const ANSWERS: &str = include_str!("../../../../docs/answers.md");

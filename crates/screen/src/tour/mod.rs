@@ -1,13 +1,14 @@
 //! The guided tour: steps over a running session. A step waits for a state of the run,
 //! however it comes about, and then says what to look at.
 
-mod steps;
-
 use crossterm::event::{KeyCode, KeyEvent};
+use ratelab::ClockKind;
+use ratelab_experiment::Config;
 
-use super::page::Page;
-use steps::STEPS;
-pub use steps::Seen;
+use crate::{
+    frame::{FrameData, Standing},
+    panes::Page,
+};
 
 /// The offer at the first start.
 pub const OFFER: &str = "new here? g: a tour of five minutes";
@@ -61,12 +62,272 @@ impl Tour {
     }
 }
 
+/// The rate that the tour slows the policy down to, and back to, in Hz.
+const SLOW: f64 = 20.0;
+
+/// The rate at which the pole falls, in Hz.
+const BROKEN: f64 = 5.0;
+
+/// Run time without a fall that counts as staying up, in seconds.
+const STANDS_S: f64 = 2.0;
+
+/// What the tour reads from the run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Seen {
+    /// The policy's rate in this run, in Hz.
+    pub hz: f64,
+    /// The policy's rate in the next run, in Hz.
+    pub next_hz: f64,
+    /// Whether all nodes have one rate, in Hz.
+    pub common_hz: Option<f64>,
+    /// Whether a message of a topic was dropped.
+    pub dropped: bool,
+    /// Whether the pole has fallen.
+    pub fell: bool,
+    /// Whether the run is over.
+    pub over: bool,
+    /// Whether the screen gives a reason.
+    pub explained: bool,
+    /// Whether the run is identical to the one before.
+    pub same: bool,
+    /// Whether the graph is under the wall's clock.
+    pub real: bool,
+    /// Run time in seconds.
+    pub now_s: f64,
+}
+
+impl Seen {
+    /// Reads `frame`; the next run is one of `wanted`.
+    pub fn from_frame(frame: &FrameData, wanted: &Config, over: bool) -> Self {
+        let policy = frame.nodes.iter().find(|node| &*node.name == "policy");
+        let hz = policy.map_or(0.0, |node| node.hz.get());
+        let first = frame.nodes.first().map(|node| node.hz);
+        let common = first.filter(|hz| frame.nodes.iter().all(|node| node.hz == *hz));
+        Self {
+            hz,
+            next_hz: wanted.setup.rate("policy").map_or(hz, |hz| hz.get()),
+            common_hz: common.map(|hz| hz.get()),
+            dropped: frame.topics.iter().any(|topic| topic.dropped > 0),
+            fell: frame.verdict.standing == Standing::Lost,
+            over,
+            explained: !frame.verdict.why.is_empty(),
+            same: frame.same == Some(true),
+            real: frame.status.clock == ClockKind::Real,
+            now_s: frame.now.as_secs_f64(),
+        }
+    }
+}
+
+/// A step: a state of the run, and what to look at then.
+pub struct Step {
+    /// What it is about.
+    pub title: &'static str,
+    /// Whether the run is in the state that the step waits for.
+    pub reached: fn(&Seen) -> bool,
+    /// The text before: what is missing, and the key for it.
+    pub ask: fn(&Seen) -> String,
+    /// The text in that state.
+    pub look: fn(&Seen) -> String,
+}
+
+/// All steps, in their order. A text has room for six lines of 45 characters.
+pub const STEPS: [Step; 7] = [
+    Step {
+        title: "a graph, no loop",
+        reached: |_| true,
+        ask: |_| String::new(),
+        look: graph,
+    },
+    Step {
+        title: "a slower policy",
+        reached: |run| run.hz <= SLOW && !run.over,
+        ask: slow_down,
+        look: slowed,
+    },
+    Step {
+        title: "too slow",
+        reached: |run| run.fell,
+        ask: break_it,
+        look: broken,
+    },
+    Step {
+        title: "the same again",
+        reached: |run| run.fell && run.same,
+        ask: repeat,
+        look: |_| {
+            "The pole fell at the same millisecond, and the screen says: identical, bit for bit. So \
+             one thing can be changed: look back with , press B and type control-hz 50. The run \
+             is the same up to there, and then goes on at 50 Hz."
+                .to_owned()
+        },
+    },
+    Step {
+        title: "the rate, or the buffer?",
+        reached: |run| run.hz >= SLOW && !run.fell && run.now_s >= STANDS_S,
+        ask: mend,
+        look: |run| {
+            format!(
+                "At {} Hz it stays up so far. From which rate down does it fall? Would a deeper queue \
+                 (>) have saved it? The first two exercises ask for your prediction, so ask \
+                 nobody yet.",
+                run.hz
+            )
+        },
+    },
+    Step {
+        title: "a real clock",
+        reached: |run| run.real && !run.over,
+        ask: |run| {
+            if run.over {
+                "c gives a running graph to the wall clock, and this run is over: r starts again, \
+                     then c."
+                    .to_owned()
+            } else {
+                "This run is in virtual time. c gives the running graph to the wall clock: \
+                      there every node is a thread."
+                    .to_owned()
+            }
+        },
+        look: |_| {
+            "The operating system decides which thread runs first: drops and latency change all the \
+             time, and no two runs are the same."
+                .to_owned()
+        },
+    },
+    Step {
+        title: "on your own",
+        reached: |_| true,
+        ask: |_| String::new(),
+        look: |_| {
+            "? shows all keys, i explains the pane in focus, e opens the exercises: predict, \
+             then see. q quits the lab. g opens this tour again once it is closed."
+                .to_owned()
+        },
+    },
+];
+
+fn graph(run: &Seen) -> String {
+    let rates = match run.common_hz {
+        Some(hz) => format!("Three nodes tick {hz} times a second"),
+        None => "Three nodes tick at rates of their own".to_owned(),
+    };
+    let drops = if run.dropped {
+        "The graph counts what is dropped."
+    } else {
+        "Nothing is dropped so far."
+    };
+    format!(
+        "{rates}. The sensor sends readings on the topic /obs, the policy answers with actions on \
+         /action, the actuator pushes the cart. Push age, in line 2: how old the reading behind a \
+         push is. {drops}"
+    )
+}
+
+fn slow_down(run: &Seen) -> String {
+    if run.over {
+        return starts_again(run);
+    }
+    format!(
+        "The policy decides {} times a second: press [ until it is {SLOW}. The sensor sends as many \
+         readings as before. What happens to the readings that the policy has no time for?",
+        run.hz
+    )
+}
+
+fn slowed(run: &Seen) -> String {
+    let drops = if run.dropped {
+        "The graph counts what /obs drops: readings that the policy never sees. Each push now \
+             uses an older reading: the push age above."
+    } else {
+        "The graph will count what /obs drops; nothing so far."
+    };
+    format!(
+        "The policy decides {} times a second. {drops} The pole is up so far.",
+        run.hz
+    )
+}
+
+fn break_it(run: &Seen) -> String {
+    if run.over {
+        return format!("The run ended without a fall. {}", starts_again(run));
+    }
+    if run.next_hz > BROKEN {
+        return format!(
+            "Press b: from {} to {BROKEN} decisions a second at once. ([ does it step by step.) \
+             Each decision is then held for 200 ms, whatever the pole does.",
+            run.next_hz
+        );
+    }
+    format!(
+        "The policy decides {} times a second, whatever the pole does. Wait for the fall: a few \
+         seconds.",
+        run.hz
+    )
+}
+
+fn broken(run: &Seen) -> String {
+    let why = if run.explained {
+        " The lines above say why."
+    } else {
+        ""
+    };
+    format!("The pole has fallen.{why}")
+}
+
+fn repeat(run: &Seen) -> String {
+    match (run.over, run.real) {
+        (true, true) => {
+            "On the wall clock no two runs are the same: r starts again, then c changes \
+                         to virtual time."
+                .to_owned()
+        }
+        (false, true) => {
+            "On the wall clock no two runs are the same: c changes to virtual time.".to_owned()
+        }
+        (true, false) => "r starts again: the same start, the same knobs. Press it, wait for the \
+                          fall, and press it once more. When does the pole fall?"
+            .to_owned(),
+        (false, false) if run.hz > BROKEN => format!(
+            "The policy decides {} times a second: b or [ breaks it. Then r, and r again after \
+             the fall: when does the pole fall?",
+            run.hz
+        ),
+        (false, false) => "Wait for the fall, then r once more, until two whole runs can be \
+                           compared. When does the pole fall?"
+            .to_owned(),
+    }
+}
+
+fn mend(run: &Seen) -> String {
+    if run.next_hz < SLOW {
+        return format!(
+            "The policy is set to {} Hz: b undoes the break, ] goes up step by step, to {SLOW}. Then \
+             r starts again. And the pole?",
+            run.next_hz
+        );
+    }
+    if run.over {
+        return starts_again(run);
+    }
+    format!(
+        "The policy decides {} times a second. And the pole? Watch it for {STANDS_S} seconds.",
+        run.hz
+    )
+}
+
+/// Returns what r does after the end of a run.
+fn starts_again(run: &Seen) -> String {
+    format!(
+        "This run is over: r starts again, with the policy at {} Hz.",
+        run.next_hz
+    )
+}
+
 #[cfg(test)]
 mod tests {
-    use crossterm::event::KeyModifiers;
-
     use super::*;
     use crate::view::{render_page, testing::*};
+    use crossterm::event::KeyModifiers;
 
     fn key(code: KeyCode) -> KeyEvent {
         KeyEvent::new(code, KeyModifiers::NONE)

@@ -10,7 +10,7 @@ use ratatui::{
 use super::text::{line, width};
 use crate::{
     age::{AgeData, PARTS, PushData, Strain},
-    millis::whole,
+    sentence::whole,
     theme::Theme,
 };
 

@@ -12,7 +12,10 @@ use super::{
     sheet::{Sheet, columns, rows},
     text::{clip, line, pad, width},
 };
-use crate::{cliff::CliffMap, survival_level::SurvivalLevel, theme::Theme};
+use crate::{
+    cliff::CliffMap,
+    theme::{SurvivalLevel, Theme},
+};
 
 /// Maximum number of visible rows of seeds.
 const MAX_SEEDS: usize = 24;

@@ -71,8 +71,10 @@ pub fn headline(verdict: &VerdictData, theme: &Theme) -> Line<'static> {
 /// ends with a sign.
 fn explanation(why: &[String], width: usize, most: usize, theme: &Theme) -> Vec<String> {
     let room = width.saturating_sub(2);
-    let lines = why.iter().flat_map(|text| broken(text, room, theme));
-    let mut lines: Vec<String> = lines.collect();
+    let mut lines: Vec<String> = why
+        .iter()
+        .flat_map(|text| broken(text, room, theme))
+        .collect();
     let cut = lines.len() > most;
     lines.truncate(most);
     if let Some(last) = lines.last_mut().filter(|_| cut) {

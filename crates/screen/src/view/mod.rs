@@ -14,16 +14,12 @@ mod events;
 mod figures;
 mod glossary;
 mod graph;
-mod histogram;
 mod layout;
 mod overlap;
 mod page;
-mod plan;
 mod plant;
-mod scrubber;
 pub(super) mod sheet;
 mod signal;
-mod status;
 mod table;
 mod text;
 mod timeline;
@@ -42,9 +38,8 @@ use super::{
     cliff::CliffMap,
     frame::{FrameData, SignalTrace},
     knobs::KnobFocus,
-    overlap::OverlapView,
-    page::Page,
-    panes::{Pane, Panes},
+    panes::{Page, Pane, Panes},
+    plan::OverlapView,
     playback::Playback,
     prompt::Prompt,
     run::StatusExtra,
@@ -185,7 +180,7 @@ fn render_parts(shown: &ScreenState<'_>, mut sheet: Sheet<'_>) {
     let heights = [sheet::clamp(head.len()), scrubber];
     let layout = ScreenLayout::new(area, shown.panes, heights, |pane| shown.has(pane));
     let name = shown.system.name();
-    status::render(name, shown.frame, &shown.extra, sheet.part(layout.status));
+    bottom::render_status(name, shown.frame, &shown.extra, sheet.part(layout.status));
     sheet.part(layout.age).lines(0, 0, head);
     verdict_line(shown, sheet.part(layout.verdict));
     for (pane, area) in &layout.panes {
@@ -194,7 +189,7 @@ fn render_parts(shown: &ScreenState<'_>, mut sheet: Sheet<'_>) {
         render_pane(shown, *pane, part);
     }
     if let Some(playback) = shown.scrubber {
-        scrubber::render(playback, sheet.part(layout.scrubber));
+        layout::render(playback, sheet.part(layout.scrubber));
     }
     if let Some(page) = &shown.aside {
         page::render(page, sheet.part(place_aside(&layout)));

@@ -9,7 +9,7 @@ use super::{
     sheet::{Sheet, columns, rows},
     text::{broken, clip, line, pad, plain, tail, width},
 };
-use crate::{page::Page, theme::Theme};
+use crate::{panes::Page, theme::Theme};
 
 /// Maximum width of a text, and of the box around it.
 const WIDEST: usize = 80;

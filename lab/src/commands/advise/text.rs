@@ -5,10 +5,9 @@ use std::env;
 use ratelab::millis;
 use serde_json::{Value, json};
 
-use super::measured::{ChangedRun, Score};
+use super::{ChangedRun, Score};
 use crate::{
-    command_line::command_line,
-    program::{self, Program},
+    program::{self, Program, command_line},
     summary::{
         ages, rounded,
         text::{lines, ms},
@@ -96,8 +95,12 @@ fn figures(run: &ChangedRun) -> String {
 /// Messages per second, and the cores that ticks take.
 fn costs(summary: &Summary) -> [f64; 2] {
     let seconds = summary.sim_time.as_secs_f64().max(f64::MIN_POSITIVE);
-    let sent = summary.topics.iter().filter(|topic| topic.is_read());
-    let sent: u64 = sent.map(|topic| topic.published).sum();
+    let sent: u64 = summary
+        .topics
+        .iter()
+        .filter(|topic| topic.is_read())
+        .map(|topic| topic.published)
+        .sum();
     let worked = summary.nodes.iter().map(|node| {
         let ticks = &node.tick_time;
         ticks.mean_s().unwrap_or_default() * ticks.count() as f64

@@ -16,10 +16,10 @@ use crate::{
     error::Error,
     output::print_line,
     predictions::answers_file,
-    printable::shown,
     program::Program,
     reading,
 };
+use ratelab_recording::printable::shown;
 
 /// Lists the exercises, does one, or checks their promises.
 pub fn exercise(program: &Program, args: &ExerciseArgs) -> Result<(), Error> {
@@ -74,19 +74,20 @@ const TITLE: usize = 36;
 
 fn list(answers: &Answers, file: &Path) -> String {
     let next = exercises::next(answers).map(|next| next.brief());
-    let lines = questions().map(|exercise| {
-        let brief = exercise.brief();
-        let mark = if brief.path { "●" } else { " " };
-        let is_next = next.is_some_and(|next| next.name == brief.name);
-        let kind = format!("{}{}", if is_next { "next: " } else { "" }, brief.kind);
-        let state = answers.predicted(brief).unwrap_or(kind);
-        format!(
-            "{:<3} {mark} {:<TITLE$} {state}\n",
-            brief.label(),
-            brief.title
-        )
-    });
-    let lines: String = lines.collect();
+    let lines: String = questions()
+        .map(|exercise| {
+            let brief = exercise.brief();
+            let mark = if brief.path { "●" } else { " " };
+            let is_next = next.is_some_and(|next| next.name == brief.name);
+            let kind = format!("{}{}", if is_next { "next: " } else { "" }, brief.kind);
+            let state = answers.predicted(brief).unwrap_or(kind);
+            format!(
+                "{:<3} {mark} {:<TITLE$} {state}\n",
+                brief.label(),
+                brief.title
+            )
+        })
+        .collect();
     let go_on = next.map_or_else(
         || "All are done.".to_owned(),
         |next| {

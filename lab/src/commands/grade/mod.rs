@@ -7,11 +7,7 @@
 //! ```
 
 mod files;
-mod flags;
-mod histogram;
 mod marks;
-mod natural;
-mod roster;
 mod rows;
 mod session;
 mod table;
@@ -19,10 +15,9 @@ mod table;
 use std::path::Path;
 
 use exercises::framework::Brief;
-use files::HandIn;
+use files::{HandIn, Roster};
 use marks::{GradedPrediction, Measured};
 use ratelab::Interrupt;
-use roster::Roster;
 use session::GradedRun;
 
 use crate::{
@@ -62,7 +57,7 @@ pub fn grade(program: &Program, args: &GradeArgs) -> Result<(), Error> {
             None => break,
         }
     }
-    flags::find(&mut graded, roster.as_ref());
+    marks::find(&mut graded, roster.as_ref());
     if let Some(file) = args.csv.as_ref().filter(|_| graded.len() == all) {
         let rows = rows::csv(&graded);
         OutputKind::Rows(rows::HEADER).write("--csv", file, &[], rows.as_bytes())?;
@@ -106,14 +101,13 @@ impl Graded {
             return Ok(None);
         };
         let (files, program) = (hand_in.recordings, program.clone());
-        let sessions = signals::done_unless(asked, move || {
+        let sessions: Option<Vec<_>> = signals::done_unless(asked, move || {
             let sessions = files
                 .iter()
                 .map(|file| GradedRun::from_file(file, &program));
             sessions.collect()
-        });
-        let sessions: Option<Vec<_>> = sessions
-            .map_err(|why| Error::Unfinished(format!("{}: verifying: {why}", hand_in.learner)))?;
+        })
+        .map_err(|why| Error::Unfinished(format!("{}: verifying: {why}", hand_in.learner)))?;
         Ok(sessions.map(|sessions| Self {
             marks,
             sessions,

@@ -4,12 +4,13 @@ use exercises::framework::Brief;
 use serde_json::{Map, Value, json};
 
 use super::{
-    Flags, Graded, KINDS, histogram,
+    Flags, Graded, KINDS,
     marks::{GradedPrediction, Measured},
     predictions,
     session::GradedRun,
+    table,
 };
-use crate::csv::row_of;
+use ratelab_recording::printable::row_of;
 
 /// The first columns of the CSV file; one for each kind of flag follows.
 pub const HEADER: &str = "learner,accepted,item,right,number,unit,text,problem";
@@ -143,7 +144,7 @@ fn question(graded: &[Graded], brief: &Brief) -> Value {
         "unit": brief.unit,
         "predictions": predicted.len(),
         "right": predicted.iter().filter(|(_, right)| *right).count(),
-        "histogram": histogram::rows(brief, &predicted),
+        "histogram": table::rows(brief, &predicted),
     })
 }
 

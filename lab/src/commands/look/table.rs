@@ -3,11 +3,9 @@
 use ratelab_bag::{Analysis, Bag, BagChain, BagNode, GapVerdict, Kind, TopicClock, quantile};
 use ratelab_experiment::Table;
 
-use super::json::{clock, in_ms};
-use crate::{
-    printable::in_line,
-    summary::text::{lines, size},
-};
+use super::{clock, in_ms};
+use crate::summary::text::{lines, size};
+use ratelab_recording::printable::in_line;
 
 /// The most rows of a kind.
 const MAX_ROWS: usize = 40;
@@ -62,12 +60,12 @@ fn clocks(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
         ));
     }
     for (number, group) in clocks.groups.iter().enumerate() {
-        let topics = group
+        let topics: Vec<String> = group
             .topics
             .iter()
             .take(MAX_ROWS)
-            .map(|topic| name(bag, *topic));
-        let topics: Vec<String> = topics.collect();
+            .map(|topic| name(bag, *topic))
+            .collect();
         rows.push((
             "clock",
             format!(
@@ -91,8 +89,10 @@ fn stops(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
             format!("the recorder stood still at {at:.3} s for {length:.1} ms"),
         )
     });
-    let filled = analysis.filled.iter().enumerate();
-    let filled = filled
+    let filled = analysis
+        .filled
+        .iter()
+        .enumerate()
         .filter(|(_, count)| **count > 0)
         .map(|(topic, count)| {
             let name = name(bag, topic);
@@ -159,7 +159,7 @@ fn nodes(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
     let mut rows = Vec::new();
     for chain in analysis.chains.iter().take(MAX_ROWS) {
         let node = analysis.node(chain.topic);
-        rows.extend(node.map(|node| ("node", of_node(bag, analysis, node))));
+        rows.extend(node.map(|node| ("node", node_line(bag, analysis, node))));
     }
     rows.extend(
         analysis
@@ -175,8 +175,12 @@ fn nodes(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
             format!("one for the nodes of {}", topics.join(" and ")),
         ));
     }
-    let bursts = bag.topics.iter().zip(&analysis.figures).enumerate();
-    let bursts = bursts.filter(|(_, (topic, of))| of.burst >= 3 && topic.messages.len() >= 10);
+    let bursts = bag
+        .topics
+        .iter()
+        .zip(&analysis.figures)
+        .enumerate()
+        .filter(|(_, (topic, of))| of.burst >= 3 && topic.messages.len() >= 10);
     rows.extend(bursts.take(MAX_ROWS).map(|(place, (_, of))| {
         let within = short_ms(of.interval.unwrap_or_default().p50 / 10);
         let text = format!(
@@ -198,10 +202,12 @@ fn nodes(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
 }
 
 /// What a node is.
-fn of_node(bag: &Bag, analysis: &Analysis, node: &BagNode) -> String {
+fn node_line(bag: &Bag, analysis: &Analysis, node: &BagNode) -> String {
     let leaders = analysis.relations.leaders.iter().enumerate();
-    let twins = leaders.filter(|(topic, leader)| **leader == node.topic && *topic != node.topic);
-    let twins: Vec<String> = twins.map(|(topic, _)| name(bag, topic)).collect();
+    let twins: Vec<String> = leaders
+        .filter(|(topic, leader)| **leader == node.topic && *topic != node.topic)
+        .map(|(topic, _)| name(bag, topic))
+        .collect();
     let also = match &twins[..] {
         [] => String::new(),
         twins => format!(", together with {}", twins.join(", ")),
@@ -266,8 +272,9 @@ fn chain(bag: &Bag, chain: &BagChain) -> String {
 fn gaps(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
     const SHOWN: usize = 10;
     let figures = analysis.figures.iter().enumerate();
-    let gaps = figures.flat_map(|(topic, of)| of.gaps.iter().map(move |gap| (topic, *gap)));
-    let mut gaps: Vec<_> = gaps.collect();
+    let mut gaps: Vec<_> = figures
+        .flat_map(|(topic, of)| of.gaps.iter().map(move |gap| (topic, *gap)))
+        .collect();
     gaps.sort_by_key(|(topic, gap)| (std::cmp::Reverse(gap.length), *topic));
     let rows = gaps.into_iter().take(SHOWN).map(|(topic, gap)| {
         let verdict = match gap.verdict {

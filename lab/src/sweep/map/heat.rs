@@ -5,10 +5,7 @@ use std::iter;
 use ratelab_screen::{SurvivalLevel, Theme};
 
 use super::{MapStyle, edge_marks, level};
-use crate::sweep::{
-    figures::Figure,
-    summary::{RowSummary, SweepSummary},
-};
+use crate::sweep::summary::{Figure, RowSummary, SweepSummary};
 
 /// Columns of a cell: a glyph and a digit.
 const CELL: usize = 2;

@@ -1,15 +1,14 @@
-//! The sweep as a map in the terminal, with its figures.
+//! The result as text: a map of two knobs, or a list of one.
 
 mod heat;
-mod list;
 
 use ratelab_experiment::sweep::Sweep;
 use ratelab_screen::{SurvivalLevel, Theme};
 
 use super::{
     by_age::AgeTable,
-    cliff, columns, figures,
-    summary::{RowSummary, SweepSummary},
+    cliff, csv,
+    summary::{self, RowSummary, SweepSummary},
     theory::Edge,
 };
 use crate::summary::text::{line, paragraph};
@@ -41,7 +40,7 @@ pub fn text(summary: &SweepSummary, style: &MapStyle) -> String {
     let mut groups = summary.groups();
     match (groups.len(), groups.next()) {
         (1, Some(rows)) => {
-            lines.extend(list::lines(summary, rows, &style.theme));
+            lines.extend(list(summary, rows, &style.theme));
             lines.push(String::new());
             if summary.runs == summary.cells {
                 lines.extend(cliff::lines(summary, rows));
@@ -56,7 +55,7 @@ pub fn text(summary: &SweepSummary, style: &MapStyle) -> String {
         }
         _ => {
             lines.extend(heat::lines(summary, style));
-            for figure in figures::theory(summary) {
+            for figure in summary::theory(summary) {
                 lines.push(String::new());
                 lines.extend(heat::theory(summary, style, &figure));
             }
@@ -143,7 +142,7 @@ fn fixed(sweep: &Sweep) -> String {
     let Some(cell) = sweep.cell(0) else {
         return String::new();
     };
-    let columns = columns::all(sweep)
+    let columns = csv::all(sweep)
         .into_iter()
         .filter(|column| !column.is_swept_by_another(sweep));
     let fixed = columns.filter(|column| {
@@ -171,7 +170,7 @@ fn factors(sweep: &Sweep) -> Vec<String> {
         format!("{count} {plural}")
     };
     let main = sweep.axes.last();
-    let columns = columns::all(sweep).into_iter();
+    let columns = csv::all(sweep).into_iter();
     let several = columns.filter_map(|column| {
         let axis = sweep.axis(&column.name)?;
         let counts = axis.values.len() > 1 || main == Some(axis);
@@ -193,4 +192,47 @@ fn edge_marks(edge: Edge, theme: &Theme) -> [&'static str; 2] {
         Edge::Sure => [theme.glyph("┈", "."), theme.glyph("┆", ":")],
         Edge::Stands => [theme.glyph("━", "="), theme.glyph("┃", "!")],
     }
+}
+
+/// Width of a bar (columns).
+const BAR: usize = 14;
+
+/// Width of a bar beside more figures (columns).
+const SHORT_BAR: usize = 6;
+
+/// Returns the rows of one group.
+fn list(summary: &SweepSummary, rows: &[RowSummary], theme: &Theme) -> Vec<String> {
+    let (heading, good) = (summary.main.heading(), &summary.good);
+    let values = rows.iter().map(|row| row.value.chars().count());
+    let wide = values.max().unwrap_or(0).max(heading.chars().count());
+    let counts = rows
+        .iter()
+        .map(|row| summary::count(row).len())
+        .max()
+        .unwrap_or(0)
+        .max(good.len());
+    let bar_width = if summary.theory { SHORT_BAR } else { BAR };
+    let figures = summary::all(summary);
+    let line = |value: &str, count: &str, bar: &str, cells: &dyn Fn(&summary::Figure) -> String| {
+        let cells: String = figures
+            .iter()
+            .map(|figure| (cells(figure), figure.width()))
+            .map(|(cell, width)| format!("  {cell:>width$}"))
+            .collect();
+        format!("{value:>wide$}  {count:>counts$}  {bar}{cells}")
+    };
+    let bar = " ".repeat(bar_width);
+    let mut lines = vec![line(&heading, good, &bar, &|figure| figure.name.to_owned())];
+    for (place, row) in rows.iter().enumerate() {
+        let bar = SurvivalLevel::bar(row.survival.held, row.survival.runs, bar_width, theme);
+        let cells = |figure: &summary::Figure| figure.text(row);
+        lines.push(line(&row.value, &summary::count(row), &bar, &cells));
+        let next = rows.get(place + 1);
+        if let Some(edge) = next.and_then(|next| row.edge(next)) {
+            let width = wide + 2 + counts + 2 + bar_width;
+            let [flat, _] = edge_marks(edge, theme);
+            lines.push(flat.repeat(width));
+        }
+    }
+    lines
 }

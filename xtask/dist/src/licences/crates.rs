@@ -12,7 +12,7 @@ use std::{
 use cargo_metadata::{Metadata, MetadataCommand, Package};
 
 use super::standard;
-use crate::{Error, Machine, machine::said, program::PACKAGE, share::names};
+use crate::{Error, Machine, platform::said, program::PACKAGE, share::names};
 
 /// Depth of the search below a crate's folder: some crates contain C libraries with
 /// licences of their own.

@@ -2,7 +2,6 @@
 
 mod crates;
 mod standard;
-mod toolchain;
 
 pub use crates::{list, viewer};
 pub use standard::standard;
@@ -26,11 +25,11 @@ pub fn add(tree: &mut Tree, machine: &Machine, linker: Linker) -> Result<(), Err
     for (name, text) in mujoco::licences(&machine.mujoco(), Platform::host()?)? {
         add(&format!("mujoco/{name}"), text);
     }
-    for (name, text) in toolchain::rust(&machine.sysroot)? {
+    for (name, text) in standard::rust(&machine.sysroot)? {
         add(&format!("rust/{name}"), text);
     }
     if linker == Linker::Zig {
-        for (name, text) in toolchain::zig(&machine.root)? {
+        for (name, text) in standard::zig(&machine.root)? {
             add(&format!("zig/{name}"), text);
         }
     }

@@ -3,7 +3,7 @@
 
 use thiserror::Error;
 
-use crate::policy::way_out::{ProgramKind, way_out};
+use crate::policy::format::{ProgramKind, way_out};
 
 /// Why no network was read from a file.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]

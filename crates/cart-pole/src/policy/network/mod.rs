@@ -5,7 +5,6 @@
 
 mod checkpoint;
 mod error;
-mod library;
 mod mlp;
 mod safetensors;
 mod state;

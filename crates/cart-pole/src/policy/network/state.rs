@@ -1,14 +1,10 @@
-//! What is in a state dictionary, by name.
-//!
-//! Only the six tensors of the actor's mean are read. What else a file may hold is the critic, the
-//! deviation of exploration and plain numbers: anything that could change the action, such as a
-//! normaliser or a further layer, ends the load, for the actions would be others without it.
+//! The tensors of an actor, by the library that named them.
 
 use super::{
     error::{WeightsError, listed, quoted, unfit},
-    library::Library,
     mlp::INPUTS,
 };
+use crate::policy::format::ProgramKind;
 
 /// The tensors of the actor, in the order of their use.
 pub(super) const ACTOR: [&str; 6] = [
@@ -216,5 +212,48 @@ fn unused(item: &StateItem) -> Option<&'static str> {
             Some("it scales, moves or clips what the actor sees or says")
         }
         StateKind::Text(_) | StateKind::Number | StateKind::Flag | StateKind::Layer => None,
+    }
+}
+
+/// A library, by a part of a name that only its policies have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Library {
+    sign: &'static str,
+    /// What its state dictionary is, for messages.
+    pub(super) what: &'static str,
+    /// The kind of program that runs its policies.
+    pub(super) program: ProgramKind,
+}
+
+const LIBRARIES: [Library; 6] = [
+    stable_baselines("mlp_extractor."),
+    stable_baselines("actor.latent_pi."),
+    stable_baselines("q_net.q_net."),
+    stable_baselines("actor.mu.0."),
+    Library {
+        sign: "net_container.",
+        what: "a policy of skrl",
+        program: ProgramKind::Module,
+    },
+    Library {
+        sign: "a2c_network.",
+        what: "a policy of rl_games",
+        program: ProgramKind::Module,
+    },
+];
+
+const fn stable_baselines(sign: &'static str) -> Library {
+    Library {
+        sign,
+        what: "a policy of Stable-Baselines3 (save the model with model.save)",
+        program: ProgramKind::Sb3,
+    }
+}
+
+impl Library {
+    /// Detects the library that wrote these `names`, if it is known.
+    pub(super) fn detect<'n>(mut names: impl Iterator<Item = &'n str>) -> Option<Self> {
+        let sign = |name: &str| LIBRARIES.iter().find(|known| name.starts_with(known.sign));
+        names.find_map(sign).copied()
     }
 }

@@ -18,7 +18,7 @@ use crate::{
     Action, Observation,
     policy::{
         Policy, PolicyFault,
-        way_out::{ProgramKind, way_out},
+        format::{ProgramKind, way_out},
     },
 };
 

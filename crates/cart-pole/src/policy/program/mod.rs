@@ -5,7 +5,6 @@
 //! answered is in the recording (`recorded.rs`).
 
 mod error;
-mod mark;
 mod process;
 mod protocol;
 mod recorded;

@@ -17,7 +17,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::sync::lock;
 use rustix::process::{Pid, Signal, kill_process_group};
 
-use super::{error::ProgramError, mark::ProcessMark};
+use super::{error::ProgramError, recorded::ProcessMark};
 
 /// The longest line of an answer (bytes).
 const LONGEST_LINE: u64 = 64 << 10;

@@ -4,7 +4,7 @@ use ratelab::{Command, Event, Knob, Time};
 use ratelab_metrics::Snapshot;
 use rerun::{AsComponents, Color, GraphEdges, GraphNodes};
 
-use super::palette::{BLUE, ORANGE};
+use super::lines::{BLUE, ORANGE};
 use crate::rrd::timeline::{BatchStream, Written};
 
 /// The node graph.

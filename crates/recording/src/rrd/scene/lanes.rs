@@ -11,7 +11,7 @@ use ratelab_metrics::{Lineage, TickWait, TracedTick};
 use ratelab_system::{BarPart, PlanBar, Planning};
 use rerun::{Color, EntityPath, RecordingStream, StateChange, StateConfiguration, TimeColumn};
 
-use super::palette::{BLUE, GREY, ORANGE};
+use super::lines::{BLUE, GREY, ORANGE};
 use crate::{
     rrd::{
         schema::path,

@@ -3,14 +3,10 @@
 //! Whole columns go in at once, and what belongs together is one entity: a
 //! chunk of an entity costs a kilobyte or two, however small it is.
 
-pub mod events;
 pub mod graph;
-pub mod histogram;
 pub mod lanes;
 pub mod latency;
 pub mod lines;
-pub mod modes;
-pub mod palette;
 pub mod picture;
 pub mod signals;
 pub mod traffic;
@@ -22,13 +18,12 @@ use ratelab_metrics::{Rows, Snapshot};
 use ratelab_system::System;
 use rerun::{RecordingStream, SeriesPoints};
 
-use self::{
-    graph::GraphScene, latency::LatencyScene, modes::Modes, picture::PictureScene, traffic::Traffic,
-};
+use self::{graph::GraphScene, latency::LatencyScene, picture::PictureScene, traffic::Traffic};
 use super::{
     schema::node_entity,
     timeline::{BatchStream, Written},
 };
+use signals::Modes;
 
 /// Size of a point.
 const POINT: f32 = 1.5;
@@ -48,8 +43,11 @@ pub struct Scene {
 impl Scene {
     /// Creates a scene of the graph of `system` in `start`, taken before its run.
     pub fn new(system: &Arc<dyn System>, start: &Snapshot) -> Self {
-        let topics = start.topics.iter().map(|topic| topic.name.to_string());
-        let topics: Vec<String> = topics.collect();
+        let topics: Vec<String> = start
+            .topics
+            .iter()
+            .map(|topic| topic.name.to_string())
+            .collect();
         Self {
             system: system.clone(),
             graph: GraphScene::new(start),
@@ -106,14 +104,14 @@ impl Scene {
         if let Some(latency) = &mut self.latency {
             latency.finish(stream, at)?;
         }
-        events::verdict(stream, at, verdict, lost)
+        traffic::verdict(stream, at, verdict, lost)
     }
 }
 
 /// Names and colours of the points that show how late the ticks of each node began; the ticks
 /// themselves are recorded for readers too. Virtual time is never late.
 fn begin_lateness(rec: &RecordingStream, start: &Snapshot) -> Written {
-    for (node, colour) in start.nodes.iter().zip(palette::series(start.nodes.len())) {
+    for (node, colour) in start.nodes.iter().zip(lines::series(start.nodes.len())) {
         let points = SeriesPoints::new()
             .with_names([format!("{} (µs late)", node.name)])
             .with_colors([colour])

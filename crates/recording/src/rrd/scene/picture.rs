@@ -7,7 +7,7 @@ use ratelab_metrics::Rows;
 use ratelab_system::{Shape, Style, System};
 use rerun::{AsComponents, Color, LineStrips2D, Points2D, Radius, RecordingStream};
 
-use super::palette::{BLUE, GREY, ORANGE, WHITE};
+use super::lines::{BLUE, GREY, ORANGE, WHITE};
 use crate::rrd::timeline::{BatchStream, Written};
 
 /// The picture.

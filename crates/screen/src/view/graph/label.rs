@@ -1,14 +1,14 @@
 //! Text about topics on their lines, where there is room.
 
 use super::{
-    list,
-    route::Route,
-    router::Router,
-    text::{plain, width},
-    topic_text::{
+    list::{
+        self,
         LabelRow::{self, *},
         NARROW,
     },
+    route::Route,
+    router::Router,
+    text::{plain, width},
 };
 use crate::view::sheet::Sheet;
 

@@ -117,11 +117,14 @@ impl Layering {
         let mut height: Vec<Option<f64>> = vec![None; self.nodes];
         for layer in layers {
             let rows = layer.len();
-            let wanted = layer.iter().enumerate().map(|(row, node)| {
-                let wanted = self.source_height(*node, &height);
-                (wanted.unwrap_or(relative(row, rows)), *node)
-            });
-            let mut wanted: Vec<(f64, usize)> = wanted.collect();
+            let mut wanted: Vec<(f64, usize)> = layer
+                .iter()
+                .enumerate()
+                .map(|(row, node)| {
+                    let wanted = self.source_height(*node, &height);
+                    (wanted.unwrap_or(relative(row, rows)), *node)
+                })
+                .collect();
             wanted.sort_by(|(a, n), (b, m)| a.total_cmp(b).then(n.cmp(m)));
             for (row, (_, node)) in wanted.into_iter().enumerate() {
                 layer[row] = node;

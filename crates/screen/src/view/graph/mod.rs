@@ -8,14 +8,13 @@ mod nodes;
 mod place;
 mod route;
 mod router;
-mod topic_text;
-mod wires;
 
 use ratatui::{layout::Size, text::Span};
 
-use self::{place::GraphLayout, router::Router, topic_text::TopicText};
+use self::{place::GraphLayout, router::Router};
 use super::{sheet::Sheet, text};
 use crate::{frame::FrameData, knobs::KnobFocus, theme::Theme};
+use list::TopicText;
 
 /// A graph to draw.
 #[derive(Clone, Copy)]
@@ -52,7 +51,7 @@ pub fn render(frame: &FrameData, knobs: &KnobFocus, sheet: Sheet<'_>) {
     };
     nodes::draw(view, &layout, &mut pane);
     let router = Router::new(view, &layout);
-    wires::draw(frame, &router.wires(), &mut pane);
+    nodes::draw_wires(frame, &router.wires(), &mut pane);
     router.label(&mut pane);
 }
 

@@ -4,10 +4,9 @@ use ratatui::layout::{Rect, Size};
 
 use super::{
     layers::layers,
-    list,
+    list::{self, NARROW},
     route::{Route, Routes, dangling_width},
     text::width,
-    topic_text::NARROW,
 };
 use crate::{frame::FrameData, view::sheet::clamp};
 

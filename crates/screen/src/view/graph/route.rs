@@ -84,11 +84,11 @@ impl Routes {
     /// Assigns to each topic that needs a lane the first one that is free along its whole
     /// route.
     fn assign_lanes(&mut self) {
-        let wide = self
+        let mut wide: Vec<&mut Route> = self
             .all
             .iter_mut()
-            .filter(|r| r.gaps.len() > 1 && !r.dangles());
-        let mut wide: Vec<&mut Route> = wide.collect();
+            .filter(|r| r.gaps.len() > 1 && !r.dangles())
+            .collect();
         wide.sort_by_key(|route| route.gaps[0]);
         // The end of the occupied part of each lane.
         let mut ends: Vec<usize> = Vec::new();

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 
 use super::{
     GraphView,
+    nodes::Wire,
     place::GraphLayout,
     route::{Route, dangling_length},
-    wires::Wire,
 };
 use crate::view::sheet::clamp;
 

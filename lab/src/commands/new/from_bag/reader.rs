@@ -74,11 +74,11 @@ impl Draft<'_> {
                 "trigger = [{parent}]   # within {spread:.2} ms after the input, on no grid; {sure}"
             )),
         }
-        let costs = node
+        let costs: Vec<f64> = node
             .costs()
             .into_iter()
-            .map(|cost| cost.max(0) as f64 / 1e6);
-        let costs: Vec<f64> = costs.collect();
+            .map(|cost| cost.max(0) as f64 / 1e6)
+            .collect();
         if let Some(takes) = self.sheet.values(&name, "takes", &costs) {
             self.sheet.line(&format!("takes = {takes}"));
         }

@@ -5,8 +5,6 @@
 //! [`value`]); it cannot call any code.
 
 mod archive;
-mod bytes;
-mod error;
 mod pickle;
 mod value;
 
@@ -20,13 +18,14 @@ use zip::{
     read::{ArchiveOffset, Config},
 };
 
-use self::{archive::other_archive, error::PickleError, pickle::Pickle, value::TensorView};
+use self::{archive::other_archive, pickle::Pickle, value::TensorView};
 use super::{
     Mlp,
     error::{WeightsError, kind, quoted, unfit},
     tensor::{Tensor, checked_count},
 };
-use crate::policy::way_out::ProgramKind;
+use crate::policy::format::ProgramKind;
+use archive::PickleError;
 
 /// The signature of an entry in a zip's table of contents.
 const ENTRY: &[u8] = b"PK\x01\x02";

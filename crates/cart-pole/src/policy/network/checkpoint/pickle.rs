@@ -13,11 +13,9 @@ use std::{collections::HashMap, fmt::Display};
 use super::{
     super::{
         error::quoted,
-        library::Library,
-        state::{StateItem, StateItems, StateKind},
+        state::{Library, StateItem, StateItems, StateKind},
     },
-    bytes::{Bytes, utf8},
-    error::{PickleError, PickleResult, nonsense},
+    archive::{Bytes, PickleError, PickleResult, nonsense, utf8},
     value::{Callable, Storage, TensorView, Value, ValueIndex},
 };
 

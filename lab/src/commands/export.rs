@@ -1,0 +1,175 @@
+//! A recording in other formats: tables, a trace, a page.
+
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+    slice,
+    sync::Arc,
+};
+
+use ratatui::layout::Size;
+use ratelab_recording::Recording;
+use ratelab_screen::{Look, picture};
+use ratelab_system::{
+    Alias, System,
+    names::{self, key},
+};
+use serde_json::Value;
+
+use crate::{
+    cli::{ExportWebArgs, TableArgs, TraceArgs},
+    error::Error,
+    output::{NewFolders, OutputFile, OutputKind, print_line},
+    program::{self, Program},
+    reading,
+    screen::{pictured, theme},
+    table::{RunTables, TableSubject},
+    trace::trace as encoded,
+    web,
+};
+use ratelab_recording::printable::shown;
+
+/// The option for the folder.
+const OUTPUT: &str = "--output";
+
+/// Writes a table for each topic and node of a recording, one for its ages and one for its events;
+/// of a damaged one the intact part.
+pub fn table(program: &Program, args: &TableArgs) -> Result<(), Error> {
+    let recording = Arc::new(reading::read(&args.file)?);
+    let tables = RunTables::new(&recording, &program.for_recording(&recording).system);
+    let folder = args
+        .output
+        .clone()
+        .unwrap_or_else(|| args.file.with_extension(""));
+    let made = NewFolders::leading_to(&folder);
+    let _empty = made.map_err(|why| Error::unwritable(OUTPUT, &folder, &why))?;
+    let subjects = tables.subjects();
+    let paths = paths(&folder, &tables, &subjects);
+    // All are opened before the first is written.
+    let open = |(subject, path): (&TableSubject, &PathBuf)| {
+        OutputKind::Rows(&tables.header(*subject)).open(OUTPUT, path)
+    };
+    let files: Vec<OutputFile> = subjects
+        .iter()
+        .zip(&paths)
+        .map(open)
+        .collect::<Result<_, _>>()?;
+    for (file, subject) in files.into_iter().zip(&subjects) {
+        file.write(tables.text(*subject).as_bytes())?;
+    }
+    print_line(&format!("{}: {} tables", shown(&folder), paths.len()))?;
+    Error::if_damaged(&recording)
+}
+
+/// Returns the files of the tables in `folder`, each with another name.
+fn paths(folder: &Path, tables: &RunTables, subjects: &[TableSubject]) -> Vec<PathBuf> {
+    let mut taken = BTreeSet::new();
+    let paths = subjects.iter().map(|subject| {
+        let name = key(&tables.name(*subject));
+        let others = (2..).map(|number| format!("{name}_{number}"));
+        let mut names = [name.clone()].into_iter().chain(others);
+        // File systems may not tell capitals from small letters.
+        let name = names.find(|name| taken.insert(name.to_lowercase()));
+        folder.join(format!("{}.csv", name.unwrap_or_default()))
+    });
+    paths.collect()
+}
+
+/// Writes a recording as a trace; the intact part of a damaged one.
+pub fn trace(program: &Program, args: &TraceArgs) -> Result<(), Error> {
+    let recording = reading::read(&args.file)?;
+    let path = args
+        .output
+        .clone()
+        .unwrap_or_else(|| args.file.with_extension("pftrace"));
+    let system = recording.system(&program.for_recording(&recording).system);
+    let (read, trace) = (slice::from_ref(&args.file), encoded(&recording, &*system));
+    OutputKind::Trace.write("--output", &path, read, &trace)?;
+    print_line(&format!(
+        "{}: open it in https://ui.perfetto.dev\nwithout a network {} replay shows the run",
+        shown(&path),
+        program::name(),
+    ))?;
+    Error::if_damaged(&recording)
+}
+
+/// Size of the picture for readers without JavaScript.
+const SIZE: Size = Size::new(120, 35);
+
+/// Writes the page; of damaged recordings with their intact part.
+pub fn export_web(program: &Program, args: &ExportWebArgs) -> Result<(), Error> {
+    let recordings = args
+        .files
+        .iter()
+        .map(|file| Ok(Arc::new(reading::read(file)?)))
+        .collect::<Result<Vec<_>, Error>>()?;
+    let program = &program.for_recording(&recordings[0]);
+    refuse_strangers(program, &recordings)?;
+    let system = &*program.system;
+    let differs = differing(system, &recordings);
+    let mut runs: Vec<(String, Arc<Recording>)> = recordings
+        .iter()
+        .map(|recording| (setting(system, differs, recording), recording.clone()))
+        .collect();
+    if differs.is_some() {
+        let number = |text: &str| text.split(' ').next().and_then(|n| n.parse::<f64>().ok());
+        runs.sort_by(|(one, _), (other, _)| {
+            let [one, other] = [one, other].map(|text| number(text).unwrap_or(f64::MAX));
+            one.total_cmp(&other)
+        });
+    }
+    let first = runs[0].1.clone();
+    let (at, theme) = (first.until, theme(false, Some(Look::Light)));
+    let poster = picture::draw_recording(first, pictured(program, args.limits), at, SIZE, &theme)?;
+    let data = runs.iter().map(|(setting, recording)| {
+        let mut data = web::data(recording, program, setting);
+        if args.limits {
+            data["limits"] = web::limits(recording, system);
+        }
+        data
+    });
+    let runs: Vec<Value> = data.collect();
+    let quantity = differs.map_or_else(String::new, |alias| names::label(alias.name));
+    let page = web::page(system.name(), &quantity, &runs, &poster);
+    OutputKind::Page.write("--output", &args.output, &args.files, page.as_bytes())?;
+    let file = shown(&args.output);
+    print_line(&format!("{file}: open it in a browser"))?;
+    recordings.iter().try_for_each(|one| Error::if_damaged(one))
+}
+
+/// Refuses recordings of other systems.
+fn refuse_strangers(program: &Program, recordings: &[Arc<Recording>]) -> Result<(), Error> {
+    for (place, recording) in recordings.iter().enumerate() {
+        if recording.is_of(&*program.system) {
+            continue;
+        }
+        let (file, of) = (recording.path.display(), &recording.origin.system);
+        return Err(Error::BadInput(match place {
+            0 => format!("{file}: this is a recording of {of:?}: use the program that has it"),
+            _ => format!(
+                "{file}: this is a recording of another graph ({of:?}) than the first: \
+                 a page holds runs of one graph"
+            ),
+        }));
+    }
+    Ok(())
+}
+
+/// Returns the first of the system's settings in which the recordings differ.
+fn differing(system: &dyn System, recordings: &[Arc<Recording>]) -> Option<&'static Alias> {
+    let value = |alias: &Alias, of: &Recording| alias.value(&of.origin.config.setup);
+    let mut aliases = system.knobs().aliases().iter();
+    aliases.find(|alias| {
+        let mut values = recordings.iter().map(|recording| value(alias, recording));
+        let first = values.next();
+        values.any(|other| Some(other) != first)
+    })
+}
+
+/// Returns the value of that setting in a recording, with its unit.
+fn setting(system: &dyn System, alias: Option<&Alias>, of: &Recording) -> String {
+    alias.map_or_else(String::new, |alias| {
+        let value = names::short_value(system, alias, &of.origin.config.setup);
+        format!("{value}{}", names::unit(alias.name, alias.kind()))
+    })
+}
