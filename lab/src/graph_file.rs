@@ -3,7 +3,7 @@
 use std::{path::Path, sync::Arc};
 
 use ratelab::{Depth, Hz, KnobKind};
-use ratelab_recording::with_durations;
+use ratelab_recording::with_durations_in;
 use ratelab_system::{
     file,
     graph_file::{
@@ -73,7 +73,7 @@ impl Program {
         };
         let graph = GraphFile::parse(&text)
             .map_err(wrong)?
-            .map_settings(with_durations)
+            .map_settings(|knob| with_durations_in(&self.folder, knob))
             .map_err(wrong)?;
         let known = plants::known(&graph, &self.folder, &self.built_in).map_err(wrong)?;
         let system = graph.system(&known).map_err(wrong)?;
@@ -161,6 +161,11 @@ fn values(form: Form) -> Value {
         Form::Figure => json!({ "type": "number" }),
         Form::Milliseconds => {
             json!({ "type": "number", "minimum": SHORTEST_MS, "maximum": LONGEST_MS })
+        }
+        Form::Flag => json!({ "type": "boolean" }),
+        Form::Events => {
+            let list = values(Form::List(""));
+            json!({ "type": "object", "additionalProperties": { "anyOf": [{ "type": "string" }, list] } })
         }
         Form::Remap => json!({ "type": "object", "additionalProperties": { "type": "string" } }),
     }

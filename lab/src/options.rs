@@ -128,8 +128,13 @@ pub fn graph(
     };
     let setup = setup(program, seed, settings(program, args)?)?;
     config.setup.extend(setup.iter().cloned());
+    if like.is_none() {
+        config.knobs = program.system.about().events.to_vec();
+    }
     if let Some(path) = &args.knobs {
-        config.knobs = read_knobs(program, &config, path)?;
+        let turned = read_knobs(program, &config, path)?;
+        config.knobs.extend(turned);
+        config.knobs.sort_by_key(|timed| timed.at);
     }
     let mut whole = program.system.about().setup();
     whole.extend(config.setup.iter().cloned());

@@ -25,7 +25,7 @@ pub struct Program {
     pub built_in: Arc<dyn System>,
     /// The name of the graph file, as it is on the disk.
     pub file: Option<String>,
-    /// The folder of the graph file: models lie there or below.
+    /// The folder of the graph file, from which it names its files: models lie there or below.
     pub folder: PathBuf,
 }
 

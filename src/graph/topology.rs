@@ -117,8 +117,15 @@ impl Topology {
         let topics = self.nodes[node].triggers.iter();
         let rates = topics.map(|topic| {
             let publishers = self.topics[*topic].publishers.iter();
-            publishers.filter_map(|publisher| known[*publisher]).sum()
+            publishers
+                .filter_map(|publisher| known[*publisher])
+                .sum::<u64>()
         });
-        rates.min().unwrap_or_default()
+        let every = match self.nodes[node].matching {
+            Match::Every { sets } => sets.get() as u64,
+            _ => 1,
+        };
+        let slowest: u64 = rates.min().unwrap_or_default();
+        slowest / every
     }
 }

@@ -5,7 +5,7 @@ use std::{fmt, str::FromStr, sync::Arc, time::Duration};
 use super::{
     chance::{self, Chance},
     digest::Digest,
-    error::SettingError,
+    error::{FACTORS, SettingError},
 };
 use crate::millis;
 
@@ -24,9 +24,12 @@ const IN_ORDER: &str = "file:";
 /// Prefix of such a column, of whose durations each draw is one.
 const DRAWN: &str = "drawn:";
 
+/// What is between a factor and the draw that it multiplies.
+const TIMES: char = '*';
+
 /// A distribution of durations. As text, in milliseconds: `30`; `60..110` uniform;
 /// `lognormal:30,90` by median and 99th percentile; `recorded:FILE`, `file:CSV` and `drawn:CSV`,
-/// the durations in a recording or a column; `none`.
+/// the durations in a recording or a column, also with a factor: `0.5 * file:CSV`; `none`.
 ///
 /// ```
 /// use ratelab::Draw;
@@ -57,6 +60,28 @@ impl Draw {
     /// Always zero.
     pub const NONE: Self = Self::Constant(Duration::ZERO);
 
+    /// This draw with all its durations times `factor`; `None` for a factor that is none.
+    fn times(self, factor: f64) -> Option<Self> {
+        let (least, greatest) = FACTORS;
+        if !(least..=greatest).contains(&factor) {
+            return None;
+        }
+        let scaled = |duration| scaled(duration, factor);
+        Some(match self {
+            Self::Constant(duration) => Self::Constant(scaled(duration)),
+            Self::Uniform(from, to) => Self::Uniform(scaled(from), scaled(to)),
+            Self::Lognormal { median, p99 } => Self::Lognormal {
+                median: scaled(median),
+                p99: scaled(p99),
+            },
+            Self::Measured(measured) => {
+                let factor = Some(measured.factor * factor);
+                let factor = factor.filter(|factor| (least..=greatest).contains(factor))?;
+                Self::Measured(Measurements { factor, ..measured })
+            }
+        })
+    }
+
     /// Whether it is always zero.
     pub fn is_none(&self) -> bool {
         *self == Self::NONE
@@ -69,7 +94,8 @@ impl Draw {
 
     /// Number of commas in the text of a distribution that begins like this.
     pub(super) fn commas(text: &str) -> usize {
-        usize::from(text.starts_with(LOGNORMAL))
+        let draw = text.rsplit(TIMES).next().unwrap_or(text);
+        usize::from(draw.trim_start().starts_with(LOGNORMAL))
     }
 
     /// The quantile of `u`, from 0 to below 1; `None` while its file is not loaded.
@@ -147,6 +173,17 @@ impl FromStr for Draw {
 
     fn from_str(text: &str) -> Result<Self, SettingError> {
         let text = text.trim();
+        if let Some((factor, draw)) = text.split_once(TIMES)
+            && let Ok(factor) = factor.trim().parse()
+        {
+            let refused = || SettingError::Factor(text.to_owned());
+            let draw = draw.parse::<Self>()?.times(factor).ok_or_else(refused)?;
+            // Its own text is a draw, too.
+            return match draw {
+                Self::Measured(_) => Ok(draw),
+                draw => draw.to_string().parse().map_err(|_| refused()),
+            };
+        }
         for prefix in [RECORDED, IN_ORDER, DRAWN] {
             if let Some(file) = text.strip_prefix(prefix) {
                 return Measurements::parse(prefix, file).map(Self::Measured);
@@ -169,6 +206,11 @@ impl FromStr for Draw {
     }
 }
 
+/// A duration times a factor.
+fn scaled(duration: Duration, factor: f64) -> Duration {
+    Duration::from_nanos((duration.as_nanos() as f64 * factor).round() as u64)
+}
+
 fn lognormal(text: &str, figures: &str) -> Result<Draw, SettingError> {
     let refused = || SettingError::Lognormal(text.to_owned());
     let (median, p99) = figures.split_once(',').ok_or_else(refused)?;
@@ -187,6 +229,7 @@ type Loaded = Arc<[Vec<Duration>; 2]>;
 #[derive(Clone, Debug)]
 pub struct Measurements {
     prefix: &'static str,
+    factor: f64,
     file: String,
     pin: Option<Digest>,
     loaded: Option<Loaded>,
@@ -203,6 +246,7 @@ impl Measurements {
         }
         Ok(Self {
             prefix,
+            factor: 1.0,
             file: file.to_owned(),
             pin,
             loaded: None,
@@ -212,6 +256,23 @@ impl Measurements {
     /// Path of the file.
     pub fn file(&self) -> &str {
         &self.file
+    }
+
+    /// The same measurements in another file, such as with a path from elsewhere.
+    #[must_use]
+    pub fn with_file(self, file: String) -> Self {
+        Self { file, ..self }
+    }
+
+    /// The digest of its durations, if it is known.
+    pub fn digest(&self) -> Option<Digest> {
+        self.pin
+    }
+
+    /// Its durations, without the factor; `None` while they are not loaded.
+    pub fn durations(&self) -> Option<&[Duration]> {
+        let [durations, _] = &**self.loaded.as_ref()?;
+        Some(durations)
     }
 
     /// Whether the file is a recording, and no column of numbers.
@@ -256,26 +317,44 @@ impl Measurements {
     /// Number `n` in the order of the file.
     fn nth(&self, n: u64) -> Option<Duration> {
         let [in_order, _] = &**self.loaded.as_ref()?;
-        in_order.get((n % in_order.len() as u64) as usize).copied()
+        let nth = in_order.get((n % in_order.len() as u64) as usize);
+        nth.map(|duration| self.scaled(*duration))
+    }
+
+    fn scaled(&self, duration: Duration) -> Duration {
+        if self.has_factor() {
+            scaled(duration, self.factor)
+        } else {
+            duration
+        }
+    }
+
+    fn has_factor(&self) -> bool {
+        self.factor.to_bits() != 1.0_f64.to_bits()
     }
 
     /// The quantile of `u` in 0..1.
     fn at(&self, u: f64) -> Option<Duration> {
         let [_, sorted] = &**self.loaded.as_ref()?;
         let index = (u * sorted.len() as f64) as usize;
-        sorted.get(index.min(sorted.len() - 1)).copied()
+        let at = sorted.get(index.min(sorted.len() - 1));
+        at.map(|duration| self.scaled(*duration))
     }
 }
 
 impl PartialEq for Measurements {
     /// Whether both have the same text: one may be loaded, and the other one not.
     fn eq(&self, other: &Self) -> bool {
-        (self.prefix, &self.file, self.pin) == (other.prefix, &other.file, other.pin)
+        let key = |of: &'_ Self| (of.prefix, of.factor.to_bits(), of.pin);
+        key(self) == key(other) && self.file == other.file
     }
 }
 
 impl fmt::Display for Measurements {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.has_factor() {
+            write!(f, "{} {TIMES} ", self.factor)?;
+        }
         write!(f, "{}{}", self.prefix, self.file)?;
         match self.pin {
             Some(digest) => write!(f, "{}{digest}", Digest::PIN),

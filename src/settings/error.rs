@@ -11,12 +11,15 @@ pub(super) const MAX_OFFSET_MS: f64 = 1e9;
 /// The largest drift of a clock (ppm): half or one and a half times the speed.
 pub(super) const MAX_DRIFT_PPM: f64 = 500_000.0;
 
+/// The factors of a draw: least and greatest.
+pub(super) const FACTORS: (f64, f64) = (1e-6, 1e6);
+
 /// The longest mean length of a burst (messages).
 pub(super) const MAX_BURST: f64 = 1e9;
 
 /// The accepted texts of a link.
 const LINK: &str = "expected none, or parts with commas in between: delay:MS, delay:A..B, \
-    delay:lognormal:MEDIAN,P99, in-order, loss:P, burst:P,N, reliable:MS";
+    delay:lognormal:MEDIAN,P99, delay:file:CSV, delay:drawn:CSV, in-order, loss:P, burst:P,N, reliable:MS";
 
 /// A text that is not a valid setting: what is wrong with it, and what is expected.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -30,9 +33,16 @@ pub enum SettingError {
     /// Not a random duration.
     #[error(
         "{0:?} is not a duration: expected milliseconds such as 30, 60..110, lognormal:30,90, \
-         recorded:FILE, file:CSV, drawn:CSV or none"
+         recorded:FILE, file:CSV, drawn:CSV, 0.5 * file:CSV or none"
     )]
     Draw(String),
+    /// A factor that makes no durations.
+    #[error(
+        "{0:?} is not a duration: expected a factor from {least} to {greatest} before *",
+        least = FACTORS.0,
+        greatest = FACTORS.1
+    )]
+    Factor(String),
     /// A range with its ends exchanged.
     #[error("{0:?} is not a range: expected A..B, A first")]
     Range(String),
@@ -97,7 +107,7 @@ pub enum SettingError {
     NeverDelivers,
     /// Not a way to match messages.
     #[error(
-        "{0:?} is not a way to match messages: expected each, exact:QUEUE, approximate:QUEUE or \
+        "{0:?} is not a way to match messages: expected each, every:SETS, exact:QUEUE, approximate:QUEUE or \
          approximate:QUEUE:MS"
     )]
     Match(String),

@@ -65,8 +65,8 @@ static PARTS: [LinkPart; 5] = [
 ];
 
 /// A model of message transport: delay, order and loss. As text `none`, or
-/// comma-separated parts, each at most once: `delay:30`, `delay:5..40` or
-/// `delay:lognormal:10,50` (ms), `in-order`, `loss:0.2`, `burst:0.01,5`, `reliable:40`
+/// comma-separated parts, each at most once: `delay:30`, `delay:5..40`,
+/// `delay:lognormal:10,50` (ms), `delay:file:CSV` or `delay:drawn:CSV`, `in-order`, `loss:0.2`, `burst:0.01,5`, `reliable:40`
 /// (ms).
 ///
 /// ```
@@ -139,7 +139,11 @@ impl Link {
 
 fn delay(value: &str) -> Result<Draw, SettingError> {
     match value.parse() {
-        Ok(Draw::Measured(_)) | Err(_) => Err(SettingError::Delay(value.to_owned())),
+        Ok(Draw::Measured(measured)) if measured.is_recorded() => {
+            Err(SettingError::Delay(value.to_owned()))
+        }
+        Err(error @ SettingError::Factor(_)) => Err(error),
+        Err(_) => Err(SettingError::Delay(value.to_owned())),
         Ok(draw) => Ok(draw),
     }
 }

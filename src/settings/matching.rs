@@ -12,13 +12,18 @@ use crate::{millis, qos::Depth};
 /// by the stamp of their header: here [`Message::sensed`](crate::Message::sensed), which a wrong
 /// clock may have stamped.
 ///
-/// As text `each`, `exact:10`, `approximate:10`, or `approximate:10:2.5` with an interval in
+/// As text `each`, `every:3`, `exact:10`, `approximate:10`, or `approximate:10:2.5` with an interval in
 /// milliseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Match {
     /// The newest from each: a tick as soon as all topics had one since the tick before.
     #[default]
     Each,
+    /// As [`Each`](Self::Each), but only the first of so many sets makes a tick.
+    Every {
+        /// The number of sets.
+        sets: Depth,
+    },
     /// Messages with the same stamp (`exact_time.hpp`, `ExactTime`).
     Exact {
         /// Number of stamps that wait for the rest of their set.
@@ -45,6 +50,7 @@ impl fmt::Display for Match {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Each => f.write_str("each"),
+            Self::Every { sets } => write!(f, "every:{sets}"),
             Self::Exact { queue } => write!(f, "exact:{queue}"),
             Self::Approximate { queue, interval } => {
                 write!(f, "approximate:{queue}")?;
@@ -72,6 +78,7 @@ impl FromStr for Match {
         let parts: Vec<&str> = text.trim().split(':').collect();
         match parts[..] {
             ["each"] => Ok(Self::Each),
+            ["every", rest] => Ok(Self::Every { sets: queue(rest)? }),
             ["exact", rest] => Ok(Self::Exact {
                 queue: queue(rest)?,
             }),

@@ -7,7 +7,17 @@ use crate::{settings::matching::Match, time::Time, topic::TakenMessage};
 
 /// Finds the sets among messages that are taken one by one, by the rule of a [`Match`].
 #[derive(Clone, Debug)]
-pub(super) enum Matcher {
+pub(super) struct Matcher {
+    rule: Rule,
+    /// The first of so many sets counts.
+    every: usize,
+    /// Sets since the last one that counted.
+    since: usize,
+}
+
+/// What makes messages a set.
+#[derive(Clone, Debug)]
+enum Rule {
     /// Of one topic each message is a set.
     Single,
     Stamped(Stamped),
@@ -17,13 +27,22 @@ pub(super) enum Matcher {
 impl Matcher {
     /// A matcher for messages of so many `inputs`, none of which has come.
     pub(super) fn new(matching: Match, inputs: usize) -> Self {
-        match matching {
-            _ if inputs == 1 => Self::Single,
-            Match::Each => Self::Stamped(Stamped::new(inputs, None)),
-            Match::Exact { queue } => Self::Stamped(Stamped::new(inputs, Some(queue.get()))),
+        let every = match matching {
+            Match::Every { sets } => sets.get(),
+            _ => 1,
+        };
+        let rule = match matching {
+            _ if inputs == 1 => Rule::Single,
+            Match::Each | Match::Every { .. } => Rule::Stamped(Stamped::new(inputs, None)),
+            Match::Exact { queue } => Rule::Stamped(Stamped::new(inputs, Some(queue.get()))),
             Match::Approximate { queue, interval } => {
-                Self::Approximate(Approximate::new(inputs, queue.get(), interval))
+                Rule::Approximate(Approximate::new(inputs, queue.get(), interval))
             }
+        };
+        Self {
+            rule,
+            every,
+            since: 0,
         }
     }
 
@@ -34,19 +53,26 @@ impl Matcher {
         taken: TakenMessage,
         sets: &mut VecDeque<MessageSet>,
     ) {
-        match self {
-            Self::Single => sets.push_back(vec![taken.seq]),
-            Self::Stamped(stamped) => sets.extend(stamped.add(input, taken)),
-            Self::Approximate(approximate) => approximate.add(input, taken, sets),
+        match &mut self.rule {
+            Rule::Single => sets.push_back(vec![taken.seq]),
+            Rule::Stamped(stamped) => sets.extend(stamped.add(input, taken)),
+            Rule::Approximate(approximate) => approximate.add(input, taken, sets),
+        }
+        if self.every > 1 && !sets.is_empty() {
+            // The others are passed over as they come.
+            if self.since > 0 {
+                sets.clear();
+            }
+            self.since = (self.since + 1) % self.every;
         }
     }
 
     /// The first message of an input that may still be needed.
     pub(super) fn needs_from(&self, input: usize) -> Option<u64> {
-        match self {
-            Self::Single => None,
-            Self::Stamped(stamped) => stamped.needs_from(input),
-            Self::Approximate(approximate) => approximate.needs_from(input),
+        match &self.rule {
+            Rule::Single => None,
+            Rule::Stamped(stamped) => stamped.needs_from(input),
+            Rule::Approximate(approximate) => approximate.needs_from(input),
         }
     }
 }

@@ -113,6 +113,8 @@ fn the_costs_of_a_file_come_in_its_order_again_and_again_or_are_drawn() {
     // A tick has its number whenever the knob was turned.
     let late = modelled("0.15", "takes beacon file:model.csv");
     assert_eq!((&late[..2], &late[2..]), (&[ms(0); 2][..], &again[2..]));
+    let halved = modelled("0", "takes beacon 0.5 * file:model.csv");
+    assert_eq!(halved, again.map(|cost| cost / 2));
     let drawn = modelled("0", "takes beacon drawn:model.csv");
     assert_ne!(drawn, again);
     assert!(drawn.iter().all(|cost| column.contains(cost)), "{drawn:?}");

@@ -218,7 +218,7 @@ at_most = 3
 "#;
 
 /// Values of all kinds that keys have, and of none.
-const VALUES: [&str; 28] = [
+const VALUES: [&str; 31] = [
     "-1",
     "0",
     "1e300",
@@ -234,6 +234,9 @@ const VALUES: [&str; 28] = [
     "\"delay:5..40\"",
     "\"oldest\"",
     "\"file:none.csv\"",
+    "\"0.5 * file:none.csv\"",
+    "\"delay:drawn:none.csv\"",
+    "{ \"0.05\" = \"crash own\" }",
     "[]",
     "[1]",
     "[\"x\"]",
@@ -369,6 +372,42 @@ fn a_change_names_the_keys_that_it_leaves_out() {
     );
     let bounded = changed_to("limit.x.at_most = 3", "limit.x.at_most = 4");
     assert!(bounded.left_out.is_empty());
+}
+
+#[test]
+fn keys_that_graphs_of_bags_need_do_what_they_say() {
+    // A message every 100 ms; every third one, from the first on; of 20 looks a second those that
+    // find another one; and a crash from the file, whose time the program passes on.
+    let text = |keys: &str| {
+        format!(
+            "name = 'g'\n[node.a]\nrate = 10\npublishes = ['/a']\n[node.b]\n{keys}\n\
+             publishes = ['/b']\n[at]\n'0.5' = ['crash a', 'restart a']\n"
+        )
+    };
+    for (keys, published) in [
+        ("trigger = ['/a']", 10),
+        ("trigger = ['/a']\nevery = 3", 4),
+        ("trigger = ['/a']\nevery = 1", 10),
+        ("rate = 20\noffset = 5\nreads = ['/a']", 20),
+        ("rate = 20\noffset = 5\nreads = ['/a']\nonly_new = true", 10),
+        (
+            "rate = 20\noffset = 5\nreads = ['/a']\nonly_new = false",
+            20,
+        ),
+    ] {
+        let text = text(keys);
+        let summary = run_graph(&text, 0.999, "");
+        let topic = summary.topics.iter().find(|topic| &*topic.name == "/b");
+        assert_eq!(topic.expect("a topic").published, published, "{keys}");
+        let system = graph_system(&text).expect("a graph");
+        let events: Vec<String> = system
+            .about()
+            .events
+            .iter()
+            .map(|timed| format!("{} {}", timed.at.as_secs_f64(), timed.knob))
+            .collect();
+        assert_eq!(events, ["0.5 crash a", "0.5 restart a"]);
+    }
 }
 
 #[test]

@@ -136,7 +136,8 @@ fn an_invalid_knob_is_refused_in_one_line_with_the_accepted_values() {
         link /obs delay:NaN           | "NaN" is not a delay
         link /obs delay:9..3          | delay:A..B
         link /obs delay:recorded:a.rrd | is not a delay
-        link /obs delay:file:a.csv    | is not a delay
+        link /obs delay:0 * file:a.csv | expected a factor from 0.000001 to 1000000
+        link /obs delay:x * file:a.csv | is not a delay
         link /obs loss:1.5            | expected 0 to 1
         link /obs loss:NaN            | expected 0 to 1
         link /obs loss:-0.1           | expected 0 to 1

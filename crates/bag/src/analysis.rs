@@ -51,6 +51,8 @@ pub struct BagChain {
 /// All that a bag says.
 #[derive(Debug)]
 pub struct Analysis {
+    /// The names of the topics.
+    pub names: Vec<String>,
     /// What each topic did.
     pub figures: Vec<TopicFigures>,
     /// The clocks.
@@ -90,6 +92,7 @@ impl Analysis {
         apply(&mut series, edges, clocks.least_transport);
         let ends = series.iter().filter_map(|series| series.events.last());
         let mut analysis = Self {
+            names: bag.topics.iter().map(|topic| topic.name.clone()).collect(),
             figures: bag.topics.iter().map(TopicFigures::new).collect(),
             end: ends.copied().max().unwrap_or(0),
             filled: vec![0; bag.topics.len()],
@@ -103,8 +106,7 @@ impl Analysis {
             pauses,
             series,
         };
-        let names: Vec<&str> = bag.topics.iter().map(|topic| topic.name.as_str()).collect();
-        analysis.find_nodes(&names);
+        analysis.find_nodes();
         analysis.find_threads();
         analysis.find_begins();
         analysis.find_guesses();
@@ -127,11 +129,12 @@ impl Analysis {
     }
 
     /// Finds the nodes, and puts back what the recorder lost of their inputs.
-    fn find_nodes(&mut self, names: &[&str]) {
+    fn find_nodes(&mut self) {
+        let names = self.names.clone();
         const ROUNDS: usize = 2;
         let mut known = HashMap::new();
         for round in 0..=ROUNDS {
-            self.relations = Relations::new(&self.series, names);
+            self.relations = Relations::new(&self.series, &names);
             let is_leader = |topic: &usize| {
                 self.series[*topic].is_stamped && self.relations.leaders[*topic] == *topic
             };

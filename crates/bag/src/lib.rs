@@ -34,5 +34,5 @@ pub use pauses::Pause;
 pub use period::EventPeriod;
 pub use read::{BagError, Watch, read};
 pub use stamps::{Relations, TopicEvents};
-pub use timed::Timed;
+pub use timed::{Timed, TimerRun};
 pub use triggered::{Triggered, TriggeredStep};

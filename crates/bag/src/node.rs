@@ -231,8 +231,8 @@ impl NodeSearch<'_> {
             }
             (Kind::Timer, Some(timed), Some(outputs)) => {
                 let first = events.first().copied().unwrap_or(0);
-                let starts = outputs.ticks(timed);
-                let starts = starts.map(|(.., start)| first.saturating_add(start.round() as i64));
+                let starts = outputs.runs(timed);
+                let starts = starts.map(|run| first.saturating_add(run.start.round() as i64));
                 let ends = steps.iter().map(|step| events[step.output]);
                 starts.zip(ends).collect()
             }

@@ -156,7 +156,7 @@ pub struct Relations {
 
 impl Relations {
     /// Finds those of `series`, whose names are `names`.
-    pub fn new(series: &[TopicEvents], names: &[&str]) -> Self {
+    pub fn new(series: &[TopicEvents], names: &[String]) -> Self {
         let mut all = HashMap::new();
         for (one, other) in common(series) {
             for (a, b) in [(one, other), (other, one)] {
@@ -190,13 +190,13 @@ impl Relations {
             && self.are_together(series, a, b)
     }
 
-    fn find_leaders(&mut self, series: &[TopicEvents], names: &[&str]) {
+    fn find_leaders(&mut self, series: &[TopicEvents], names: &[String]) {
         let mut pairs: Vec<(usize, usize)> = self.all.keys().copied().collect();
         pairs.retain(|(a, b)| a < b && self.are_twins(series, *a, *b));
         pairs.sort_unstable();
         let is_before = |one: usize, other: usize| {
             let lengths = series[other].length.total_cmp(&series[one].length);
-            lengths.then_with(|| names[one].cmp(names[other])).is_lt()
+            lengths.then_with(|| names[one].cmp(&names[other])).is_lt()
         };
         for (a, b) in pairs {
             let (a, b) = (self.leaders[a], self.leaders[b]);

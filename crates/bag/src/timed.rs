@@ -16,6 +16,10 @@ const HALVINGS: usize = 4;
 /// What a phase may lose against the best one.
 const LOSS: f64 = 0.006;
 
+/// What a multiple of the period may lose against it: messages that were lost on their way to the
+/// node spoil a few of its outputs.
+const MULTIPLE_LOSS: f64 = 0.03;
+
 /// An output, in time since the first one (ns).
 #[derive(Clone, Copy, Debug)]
 struct TimedOutput {
@@ -50,6 +54,21 @@ pub struct Timed {
     pub known_to: f64,
     /// Whether its ticks begin late.
     pub is_late: bool,
+}
+
+/// One run of a timer, in time since the first output (ns).
+#[derive(Clone, Copy, Debug)]
+pub struct TimerRun {
+    /// The tick that it is of.
+    pub tick: f64,
+    /// How late it began, of a timer whose ticks begin late.
+    pub late: f64,
+    /// When it began.
+    pub start: f64,
+    /// From when to when what it used was the newest.
+    pub reads: (f64, f64),
+    /// When it ended.
+    pub end: f64,
 }
 
 /// The outputs that a timer is fitted to.
@@ -93,17 +112,24 @@ impl TimedOutputs {
         }
     }
 
-    /// The tick, the lateness and the start of each output of such a timer, since the first
-    /// output (ns).
-    pub fn ticks(&self, timed: Timed) -> impl Iterator<Item = (f64, f64, f64)> {
+    /// The runs of such a timer, one for each output.
+    pub fn runs(&self, timed: Timed) -> impl Iterator<Item = TimerRun> {
         self.all.iter().map(move |output| {
+            let mut run = TimerRun {
+                tick: output.tick(timed.phase, timed.period),
+                late: 0.0,
+                start: 0.0,
+                reads: (output.arrival, output.last),
+                end: output.end,
+            };
             if timed.is_late {
-                let tick = before(timed.phase, timed.period, output.end);
-                let start = tick.max(output.arrival);
-                return (tick, start - tick, start);
+                run.tick = before(timed.phase, timed.period, output.end);
+                run.start = run.tick.max(output.arrival);
+                run.late = run.start - run.tick;
+            } else {
+                run.start = run.tick.max(output.free);
             }
-            let tick = output.tick(timed.phase, timed.period);
-            (tick, 0.0, tick.max(output.free))
+            run
         })
     }
 
@@ -217,7 +243,7 @@ impl TimedOutputs {
                 break;
             }
             let fit = self.fit(longer);
-            if fit.holds >= best.holds - 0.01
+            if fit.holds >= best.holds - MULTIPLE_LOSS
                 && fit.holds > 0.9
                 && (fit.spread as f64) < 0.8 * longer
             {

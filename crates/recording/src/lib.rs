@@ -30,7 +30,7 @@ pub mod rrd;
 mod run;
 mod verify;
 
-pub use durations::{durations, with_durations};
+pub use durations::{durations, with_durations, with_durations_in};
 pub use recorder::{
     BeginRun, Destination, FinishedRecording, RecordError, Recorder, RecordingFormat, RunWriter,
     Source, StopReason, Tapped, outside,

@@ -2,7 +2,7 @@
 
 use std::{borrow::Cow, fmt, sync::Arc};
 
-use ratelab::Knob;
+use ratelab::{Knob, TimedKnob};
 
 use super::{CHAINS, DataChain, Divider, FigureLimit, PlantRecord, Setup};
 
@@ -22,6 +22,8 @@ pub struct About<'s> {
     pub captions: &'static [(&'static str, &'static str)],
     /// Its settings. The settings of a run replace them.
     pub settings: &'s [Knob],
+    /// What happens during its runs. Programs give it to a run as knobs.
+    pub events: &'s [TimedKnob],
     /// The rates that follow others.
     pub dividers: &'s [Divider],
     /// The text of its [graph file](crate::graph_file). Recordings contain it.

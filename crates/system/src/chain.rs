@@ -60,8 +60,21 @@ pub struct DataChain {
     /// The topics on the way to its last node.
     topics: Vec<String>,
     pub(crate) limit: Option<Limit>,
+    /// What a bag said of it, to compare.
+    pub bag: Option<BagAges>,
     missed: VerdictKind,
     silent: VerdictKind,
+}
+
+/// The ages of a chain in the bag that its graph was made of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BagAges {
+    /// The mean over time (ms).
+    pub mean_ms: f64,
+    /// What it did not exceed for 99 % of the time (ms).
+    pub p99_ms: Option<f64>,
+    /// What the bag could not tell, on which other ages of the graph rest.
+    pub unsure: Option<String>,
 }
 
 /// A limit of the data age of a chain.
@@ -149,6 +162,7 @@ impl DataChain {
             nodes: owned(nodes),
             topics: owned(topics),
             limit,
+            bag: None,
             missed: kind("missed", format!("{name} {older}")),
             silent: kind("silent", format!("no data came through {name}")),
         }

@@ -83,7 +83,7 @@ pub(crate) use builder::ForwardingNode;
 pub use builder::{
     AnswersOfNodes, BuildInputs, Builder, BuiltGraph, RecordedAnswers, RecordedTopics, WORLD,
 };
-pub use chain::{CHAINS, DataChain, Silence, Unmatched};
+pub use chain::{BagAges, CHAINS, DataChain, Silence, Unmatched};
 pub(crate) use chain::{Limit, key};
 pub(crate) use chain_ages::{ChainAges, Numbers, PEAKS, chain_fields};
 pub use chain_ages::{MAX_CHAINS, is_run_time};

@@ -29,7 +29,8 @@ pub use self::{
     graph_file::{NewArgs, is_graph_file, take as take_graph_file},
     network::{NodeArgs, UpArgs},
     recordings::{
-        BranchArgs, ExportWebArgs, InfoArgs, ReplayArgs, TableArgs, TraceArgs, VerifyArgs,
+        BranchArgs, ExportArgs, ExportWebArgs, InfoArgs, ReplayArgs, TableArgs, TraceArgs,
+        VerifyArgs,
     },
     run::{LabArgs, PlainRunArgs, RunArgs, ScreenArgs},
     sweep::{ByArg, SweepArgs},
@@ -85,6 +86,8 @@ pub enum Command {
     Table(TableArgs),
     /// Write a recording as a trace for Perfetto: what each tick and message did.
     Trace(TraceArgs),
+    /// Write a recording as MCAP, for tools of other robots: messages, ages, drops, overruns.
+    Export(ExportArgs),
     /// Write recordings as one page for the browser, which plays them.
     ExportWeb(ExportWebArgs),
     /// Draw the dashboard at a moment of a recording, or of a run, as an SVG file.

@@ -69,6 +69,18 @@ pub struct TableArgs {
     pub output: Option<PathBuf>,
 }
 
+/// What is written as MCAP.
+#[derive(Debug, Args)]
+pub struct ExportArgs {
+    /// The recording.
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+
+    /// The MCAP file to write [default: FILE with the ending .mcap]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+}
+
 /// What is written for Perfetto.
 #[derive(Debug, Args)]
 pub struct TraceArgs {
@@ -139,6 +151,10 @@ pub struct LookArgs {
     /// Print the result as JSON.
     #[arg(long)]
     pub json: bool,
+
+    /// Draw when the messages of each topic came, and its gaps, into this SVG file.
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
 }
 
 /// The endings of bags.

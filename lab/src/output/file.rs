@@ -155,6 +155,8 @@ pub enum OutputKind<'a> {
     Page,
     /// A trace for Perfetto.
     Trace,
+    /// A recording as MCAP.
+    Bag,
     /// Tests with their results, as JUnit has them.
     Tests,
     /// A page of the manual.
@@ -242,6 +244,7 @@ impl OutputKind<'_> {
                 b"\x0a\x12\x50\x01\xe2\x03\x0d\x08\x01\x12\x05nodes",
                 "",
             ),
+            Self::Bag => ("an MCAP file", b"\x89MCAP0\r\n", "ratelab"),
             Self::Manual => (
                 "a manual page",
                 b".ie \\n(.g .ds Aq \\(aq\n.el .ds Aq '\n.TH ",

@@ -12,7 +12,7 @@ use ratelab_system::{
 use serde_json::{Map, Value, json};
 
 use super::{
-    Digits, ages,
+    Digits, ages, bag,
     text::{ReportContext, saw_the_wall},
 };
 use crate::summary::{has_set_times, was_late};
@@ -47,6 +47,8 @@ fn with_digits(
 ) -> Map<String, Value> {
     let mut metrics = keys(digits, system, summary, context);
     metrics.extend(system_keys(digits, system, summary));
+    let bag = bag::json(digits, system, summary);
+    metrics.extend(bag.map(|bag| ("bag".to_owned(), bag)));
     let phases = context.phases.iter();
     metrics.extend(phases.map(|phases| ("phases".to_owned(), phases.json())));
     if saw_the_wall(summary) {

@@ -1,6 +1,7 @@
 //! The summary of a run, as text and as JSON. A new figure is a row in each.
 
 pub mod ages;
+mod bag;
 pub mod json;
 pub mod text;
 

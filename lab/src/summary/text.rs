@@ -13,7 +13,10 @@ use ratelab_system::{
     plant,
 };
 
-use super::ages::{self, PhaseSpread};
+use super::{
+    ages::{self, PhaseSpread},
+    bag,
+};
 use crate::summary::{self, was_late};
 use ratelab_recording::printable::in_line;
 
@@ -49,6 +52,7 @@ pub fn render(system: &dyn System, summary: &Summary, context: &ReportContext) -
     let chain_line = |chain: &DataChain| chain.line(summary.sim_time, &summary.chains, &silence);
     let chains = system.about().chains.iter().map(chain_line);
     lines.extend(chains.map(|text| ("chain", text)));
+    lines.extend(bag::lines(system, summary));
     lines.extend(known([("links", links(summary))]));
     lines.extend(latencies(system, summary));
     lines.extend(known([(

@@ -34,6 +34,7 @@ impl SweepArgs {
         let base = Config {
             end: self.duration_s.unwrap_or(usual.end),
             world: world(&self.timing, usual.world)?,
+            knobs: program.system.about().events.to_vec(),
             setup: setup(program, usual.seed, knobs.collect::<Result<_, _>>()?)?,
             ..usual
         };

@@ -79,13 +79,18 @@ impl RunTables {
 
     /// Returns the first line of a table: the names of its columns.
     pub fn header(&self, subject: TableSubject) -> String {
+        row_of(self.columns(subject))
+    }
+
+    /// Returns the names of the columns of a table.
+    pub fn columns(&self, subject: TableSubject) -> Vec<String> {
         let names = match subject {
             TableSubject::Topic(topic) => self.topic_columns(topic),
             TableSubject::Node(node) => self.node_columns(node),
             TableSubject::Ages => owned(&["of", "at", "part", "due_to", "mean_ms"]),
             TableSubject::Events => owned(&["time_s", "event"]),
         };
-        row_of(apart(names))
+        apart(names)
     }
 
     /// Returns a table as text.
@@ -95,7 +100,8 @@ impl RunTables {
         lines.fold(String::new(), |text, line| text + &line + "\n")
     }
 
-    fn rows(&self, subject: TableSubject) -> Vec<Vec<String>> {
+    /// Returns the cells of a table, row by row.
+    pub fn rows(&self, subject: TableSubject) -> Vec<Vec<String>> {
         match subject {
             TableSubject::Topic(topic) => self.messages(topic),
             TableSubject::Node(node) => self.ticks(node),

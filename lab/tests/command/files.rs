@@ -62,7 +62,7 @@ fn line(command: &str, given: &str) -> String {
         "sweep" => format!("sweep --seeds 0 --control-hz 5 --duration-s 0.1 {given}"),
         "advise" | "check" => format!("{command} --duration-s 0.1 {given}"),
         "hunt" => format!("hunt --control-hz 50 --duration-s 4 --hang policy=600 {given}"),
-        "info" | "verify" | "trace" | "export-web" | "picture" | "replay" | "table" => {
+        "info" | "verify" | "trace" | "export" | "export-web" | "picture" | "replay" | "table" => {
             format!("{command} {recording} {given}")
         }
         "branch" => format!("branch {recording} --at 0.2 --knob 'control-hz 20' {given}"),
@@ -70,6 +70,7 @@ fn line(command: &str, given: &str) -> String {
         "exercise" => format!("exercise 2 --predict '0 because I think so' {given}"),
         "grade" if !is_option => format!("grade {given}"),
         "grade" => format!("grade class {given}"),
+        "look" if is_option => format!("look $CLONE/graphs/drive.csv {given}"),
         "new" if is_option => format!("new made.toml {given}"),
         "node" => format!("node policy {given}"),
         _ => format!("{command} {given}"),

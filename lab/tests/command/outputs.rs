@@ -235,6 +235,7 @@ fn no_path_or_name_has_an_effect_on_the_terminal_and_runs_with_such_a_policy_ver
          true | branch '@.rrd' --at 0.2 --knob 'control-hz 20'
          true | export-web '@.rrd' --output '@.html'
          true | trace '@.rrd' --output '@.pftrace'
+         true | export '@.rrd' --output '@.mcap'
          true | sweep --seeds 0 --duration-s 0.1 --knob 'send policy @.pt'
          true | sweep --seeds 0 --duration-s 0.1 --policy 'scripted,@.pt' --csv /dev/stdout
          true | exercise 1 --answers a.toml --predict '7 because @ it is so'

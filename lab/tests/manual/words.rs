@@ -40,6 +40,7 @@ pub fn unknown(page: &ManualPage, shell: &Shell) -> Vec<String> {
         "node",
         "new",
         "check",
+        "export",
         "export-web",
     ]
     .map(help)

@@ -288,8 +288,16 @@ impl McapContent {
                     return;
                 };
                 let stamp = self.schemas.get(&channel.schema_id).copied().flatten();
-                let stamp = stamp.filter(|_| channel.message_encoding == "cdr");
-                reading.bag.topic_mut(topic).has_stamps |= stamp.is_some();
+                let stamp = stamp.filter(|field| {
+                    let encoding = if *field == StampField::Json {
+                        "json"
+                    } else {
+                        "cdr"
+                    };
+                    channel.message_encoding == encoding
+                });
+                let has_field = stamp.is_some_and(|field| field != StampField::Json);
+                reading.bag.topic_mut(topic).has_stamps |= has_field;
                 let sequence = Sequence::default();
                 let known = McapChannel {
                     topic,

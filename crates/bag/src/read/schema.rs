@@ -6,7 +6,7 @@ use std::collections::HashMap;
 const DEEPEST: usize = 16;
 
 /// The most bytes at the beginning of a message that a stamp needs.
-pub const PREFIX: usize = 16;
+pub const PREFIX: usize = 80;
 
 /// Where the stamp of a message is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,6 +17,8 @@ pub enum StampField {
     Micros,
     /// In the first element of a sequence.
     FirstOfSequence,
+    /// Seconds and nanoseconds in the first field of JSON.
+    Json,
 }
 
 /// The first field of a message.
@@ -74,6 +76,9 @@ fn short(name: &str) -> String {
 pub fn stamp_field(name: &str, encoding: &str, schema: &[u8]) -> Option<StampField> {
     let name = short(name);
     let text = String::from_utf8_lossy(schema);
+    if encoding == "jsonschema" {
+        return Some(StampField::Json);
+    }
     let fields = match encoding {
         "ros2msg" => message_fields(&name, &text),
         "ros2idl" => idl_fields(&text),
@@ -204,6 +209,9 @@ fn idl_fields(text: &str) -> HashMap<String, Field<'_>> {
 impl StampField {
     /// The stamp (ns) in the first bytes of a message in CDR; 0 if there is none.
     pub fn read(self, data: &[u8]) -> i64 {
+        if self == Self::Json {
+            return json_time(data).unwrap_or(0);
+        }
         let is_little = data.get(1).is_some_and(|options| options & 1 == 1);
         let word = |at: usize| {
             let bytes = data.get(at..)?.first_chunk::<4>()?;
@@ -229,6 +237,7 @@ impl StampField {
         let stamp = match self {
             Self::Time => time(4),
             Self::Micros => micros(),
+            Self::Json => None,
             Self::FirstOfSequence => word(4).filter(|count| *count > 0).and_then(|_| time(8)),
         };
         stamp.unwrap_or(0)
@@ -300,5 +309,75 @@ mod tests {
             0
         );
         assert_eq!(StampField::Time.read(&little[..9]), 0);
+    }
+}
+
+/// The time at the beginning of JSON such as `{"header":{"stamp":{"sec":1,"nanosec":2}}`.
+fn json_time(data: &[u8]) -> Option<i64> {
+    let mut rest = data;
+    // The names of fields that hold the time, from the outside.
+    loop {
+        rest = after(rest, b"{")?;
+        let (name, value) = named(rest)?;
+        rest = value;
+        match name {
+            b"header" | b"stamp" | b"timestamp" => {}
+            b"sec" => break,
+            _ => return None,
+        }
+    }
+    let (seconds, rest) = number(rest)?;
+    let (name, rest) = named(after(rest, b",")?)?;
+    let (nanos, _) = number(rest)?;
+    let is_time = matches!(name, b"nanosec" | b"nsec");
+    let nanos = Some(nanos).filter(|nanos| is_time && *nanos < 1_000_000_000)?;
+    seconds.checked_mul(1_000_000_000)?.checked_add(nanos)
+}
+
+/// What follows `sign`, spaces aside.
+fn after<'a>(text: &'a [u8], sign: &[u8]) -> Option<&'a [u8]> {
+    let rest = text.trim_ascii_start().strip_prefix(sign)?;
+    Some(rest.trim_ascii_start())
+}
+
+/// The name of a field, and its value with what follows.
+fn named(text: &[u8]) -> Option<(&[u8], &[u8])> {
+    let text = after(text, b"\"")?;
+    let end = text.iter().position(|byte| *byte == b'"')?;
+    Some((&text[..end], after(&text[end + 1..], b":")?))
+}
+
+/// A whole number, and what follows.
+fn number(text: &[u8]) -> Option<(i64, &[u8])> {
+    let end = text.iter().position(|byte| !byte.is_ascii_digit())?;
+    let digits = std::str::from_utf8(&text[..end]).ok()?;
+    Some((digits.parse().ok()?, &text[end..]))
+}
+
+#[cfg(test)]
+mod json_tests {
+    use super::*;
+
+    #[test]
+    fn the_stamp_of_json_is_its_first_field() {
+        for (text, stamp) in [
+            (
+                r#"{"header":{"stamp":{"sec":1,"nanosec":25}},"x":3}"#,
+                1_000_000_025,
+            ),
+            (
+                r#" { "timestamp" : { "sec" : 2, "nsec" : 5 } }"#,
+                2_000_000_005,
+            ),
+            (r#"{"x":{"stamp":{"sec":1,"nanosec":25}}}"#, 0),
+            (r#"{"stamp":{"sec":1,"nanosec":1000000000}}"#, 0),
+            (r#"{"stamp":{"sec":99999999999999999999,"nanosec":1}}"#, 0),
+            (r#"{"stamp":{"sec":9999999999,"nanosec":1}}"#, 0),
+            (r#"{"stamp":{"sec":1"#, 0),
+            ("", 0),
+        ] {
+            let found = StampField::Json.read(text.as_bytes());
+            assert_eq!(found, stamp, "{text}");
+        }
     }
 }

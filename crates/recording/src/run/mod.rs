@@ -1,5 +1,6 @@
 //! A recorded run as a value: where it comes from, its rows, and how it ended; of any format.
 
+mod drawn;
 mod lineage;
 mod origin;
 mod other_runtime;
@@ -7,6 +8,7 @@ mod recording;
 mod row;
 mod series;
 
+pub use drawn::RecordedDurations;
 pub use lineage::end_of;
 pub use origin::{
     FORMAT, Origin, ProcessRecord, RecordingEnd, RunResult, RunStatus, VerdictRecord,

@@ -7,6 +7,8 @@ use ratelab_experiment::{Config, Summary};
 use ratelab_system::{PlantRecord, System, Verdict, VerdictKind};
 use serde::{Deserialize, Serialize};
 
+use super::drawn::{RecordedDurations, drawn_from};
+
 /// Version of what a recording holds. A reader refuses a later one.
 pub const FORMAT: u32 = 3;
 
@@ -34,6 +36,9 @@ pub struct Origin {
     pub plant: Option<PlantRecord>,
     /// The configuration at the start.
     pub config: Config,
+    /// The durations in files that its configuration draws from, by their digests (ns).
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub durations: RecordedDurations,
     /// The graph at the start.
     #[serde(rename = "shape")]
     pub topology: Topology,
@@ -75,6 +80,8 @@ impl Origin {
     /// Creates the origin of a run of `system` by this program.
     pub fn new(system: &dyn System, config: Config, topology: Topology) -> Self {
         let (engine, about) = (system.robot().engine(), system.about());
+        let timed = config.knobs.iter().map(|timed| &timed.knob);
+        let knobs = config.setup.iter().chain(timed);
         Self {
             format: FORMAT,
             ratelab: env!("CARGO_PKG_VERSION").to_owned(),
@@ -83,6 +90,7 @@ impl Origin {
             system: system.name().to_owned(),
             graph_file: about.graph_file.map(str::to_owned),
             plant: about.plant.cloned(),
+            durations: drawn_from(knobs),
             config,
             topology,
             digest: true,

@@ -133,7 +133,7 @@ pub fn prepare(
     answers: AnswersOfNodes,
     re_execution: Option<&ReExecution>,
 ) -> Result<Experiment, BuildError> {
-    let config = with_tables(config)?;
+    let config = with_tables(recording, config)?;
     let mut experiment = Experiment::again(system.clone(), &config, &recording.knobs(), answers)?;
     experiment.schedule(events::commands(recording, &**system, re_execution)?);
     Ok(experiment)
@@ -149,7 +149,7 @@ pub fn compare(
     watch: impl FnMut(&VerifyStatus) -> ControlFlow<()> + Send,
 ) -> Result<Identical, VerifyError> {
     let threads = re_execution.is_some();
-    let config = with_tables(config_again(recording))?;
+    let config = with_tables(recording, config_again(recording))?;
     // Missing files are errors before the comparison begins.
     let needed = Config {
         knobs: recording.events.iter().filter_map(Event::knob).collect(),
@@ -240,11 +240,15 @@ impl<W: FnMut(&VerifyStatus) -> ControlFlow<()>> RunWatcher<W> {
 }
 
 /// Returns `config` with the measured durations that its knobs draw from.
-pub fn with_tables(mut config: Config) -> Result<Config, BuildError> {
-    let setup = config.setup.iter().cloned();
-    config.setup = setup.map(events::with_table).collect::<Result<_, _>>()?;
+pub fn with_tables(recording: &Recording, mut config: Config) -> Result<Config, BuildError> {
+    let with_table = |knob: &Knob| events::with_table(recording, knob.clone());
+    config.setup = config
+        .setup
+        .iter()
+        .map(with_table)
+        .collect::<Result<_, _>>()?;
     for timed in &mut config.knobs {
-        timed.knob = events::with_table(timed.knob.clone())?;
+        timed.knob = with_table(&timed.knob)?;
     }
     Ok(config)
 }

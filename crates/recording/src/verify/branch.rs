@@ -54,12 +54,13 @@ pub fn branch(
     let mut re_execution = events::re_execution(recording, &**system)?;
     let at = departure.at;
     let knobs = departure.knobs.iter().cloned();
-    let mut config = again::with_tables(Config {
+    let config = Config {
         knobs: knobs.map(|knob| TimedKnob { at, knob }).collect(),
         end: departure.end.unwrap_or_else(|| end_of(recording, at)),
         speed: departure.speed,
         ..recording.origin.config.clone()
-    })?;
+    };
+    let mut config = again::with_tables(recording, config)?;
     let taken = recording.knobs();
     let build =
         |config: &Config| Experiment::again(system.clone(), config, &taken, AnswersOfNodes::new());

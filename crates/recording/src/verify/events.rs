@@ -7,7 +7,7 @@ use ratelab_re_execution::ReExecution;
 use ratelab_system::{BuildError, System};
 
 use super::{VerifyError, difference::Difference};
-use crate::{durations::with_durations, run::Recording};
+use crate::{durations::with_recorded, run::Recording};
 
 /// Returns the commands to give again: commands that changed the graph, and commands that the graph
 /// refused and will refuse again.
@@ -42,7 +42,7 @@ pub fn commands(
         Some(TimedCommand { at, command })
     });
     let tabled = commands.map(|mut timed| {
-        load_table(&mut timed.command)?;
+        load_table(recording, &mut timed.command)?;
         Ok(timed)
     });
     tabled.collect()
@@ -52,19 +52,20 @@ pub fn commands(
 ///
 /// # Errors
 /// [`BuildError::Setting`] if they cannot be had.
-pub fn load_table(command: &mut Command) -> Result<(), BuildError> {
+pub fn load_table(recording: &Recording, command: &mut Command) -> Result<(), BuildError> {
     if let Command::Set(knob) = command {
-        *knob = with_table(knob.clone())?;
+        *knob = with_table(recording, knob.clone())?;
     }
     Ok(())
 }
 
-/// Returns `knob` with the measured durations that it draws from.
+/// Returns `knob` with the measured durations that it draws from: those of its file, or else of the
+/// `recording`.
 ///
 /// # Errors
 /// [`BuildError::Setting`] if they cannot be had.
-pub fn with_table(knob: Knob) -> Result<Knob, BuildError> {
-    with_durations(knob).map_err(BuildError::Setting)
+pub fn with_table(recording: &Recording, knob: Knob) -> Result<Knob, BuildError> {
+    with_recorded(&recording.origin.durations, knob).map_err(BuildError::Setting)
 }
 
 /// Returns whether the graph alone decides what becomes of `command`. Of files it may be another
@@ -227,7 +228,7 @@ pub fn re_execution(
     let mut re_execution = read(&threads.log, &threads.events, topology)?;
     re_execution.expect_refusals(|command| names_a_file(system, command));
     for command in re_execution.commands_mut() {
-        load_table(command)?;
+        load_table(recording, command)?;
     }
     Ok(Some(re_execution))
 }

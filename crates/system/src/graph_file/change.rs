@@ -46,38 +46,12 @@ pub fn changed(text: &str, change: &str) -> Result<ChangedFile, ChangeError> {
     };
     let (mut whole, change) = (read(text)?, read(change)?);
     let mut left_out = Vec::new();
-    let mut leave_out = |node: &mut Table, name: &str, key: &str| {
-        let value = node.remove(key)?;
-        left_out.push(format!("node.{name}.{key} = {value}"));
-        Some(value)
-    };
     let nodes = change.get("node").and_then(Value::as_table);
     for (name, node) in nodes.into_iter().flatten() {
         let known = whole.get_mut("node").and_then(|nodes| nodes.get_mut(name));
         let known = known.and_then(Value::as_table_mut);
         let known = known.ok_or_else(|| ChangeError::Node(name.clone()))?;
-        match (
-            node.get("trigger").and_then(Value::as_array),
-            node.get("rate"),
-        ) {
-            (Some(triggers), None) => {
-                for key in ["rate", "offset", "late"] {
-                    leave_out(known, name, key);
-                }
-                if let Some(reads) = known.get_mut("reads").and_then(Value::as_array_mut) {
-                    reads.retain(|topic| !triggers.contains(topic));
-                }
-            }
-            (None, Some(_)) => {
-                leave_out(known, name, "match");
-                if let Some(Value::Array(mut topics)) = leave_out(known, name, "trigger") {
-                    let reads = known.get("reads").and_then(Value::as_array);
-                    topics.extend(reads.into_iter().flatten().cloned());
-                    known.insert("reads".to_owned(), Value::Array(topics));
-                }
-            }
-            _ => {}
-        }
+        left_out.extend(make_room(known, name, node));
     }
     for (name, limit) in change
         .get("limit")
@@ -97,6 +71,47 @@ pub fn changed(text: &str, change: &str) -> Result<ChangedFile, ChangeError> {
         text: whole.to_string(),
         left_out,
     })
+}
+
+/// Leaves out the keys of the node called `name` that it cannot have with those of `change`; returns
+/// them.
+fn make_room(node: &mut Table, name: &str, change: &Value) -> Vec<String> {
+    let mut left_out = Vec::new();
+    let mut leave_out = |node: &mut Table, key: &str| {
+        let value = node.remove(key)?;
+        left_out.push(format!("node.{name}.{key} = {value}"));
+        Some(value)
+    };
+    match (
+        change.get("trigger").and_then(Value::as_array),
+        change.get("rate"),
+    ) {
+        (Some(triggers), None) => {
+            for key in ["rate", "offset", "late", "only_new"] {
+                leave_out(node, key);
+            }
+            // Such a file has the lateness of each tick of the timer.
+            let wakes = node.get("wakes").and_then(Value::as_str);
+            if wakes.is_some_and(|wakes| wakes.contains("file:")) {
+                leave_out(node, "wakes");
+            }
+            if let Some(reads) = node.get_mut("reads").and_then(Value::as_array_mut) {
+                reads.retain(|topic| !triggers.contains(topic));
+            }
+        }
+        (None, Some(_)) => {
+            for key in ["match", "every"] {
+                leave_out(node, key);
+            }
+            if let Some(Value::Array(mut topics)) = leave_out(node, "trigger") {
+                let reads = node.get("reads").and_then(Value::as_array);
+                topics.extend(reads.into_iter().flatten().cloned());
+                node.insert("reads".to_owned(), Value::Array(topics));
+            }
+        }
+        _ => {}
+    }
+    left_out
 }
 
 /// The kinds of executors with callback groups that are tried.

@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use ratelab::{Callback, Hz, Knob, KnobKind, Match, Release, SettingError};
+use ratelab::{Callback, Hz, Knob, KnobKind, Match, Release, SettingError, Time, TimedKnob};
 
 use super::{
-    ChainSpec, GraphFile, HeaderStamp, InnerSpec, MOST_PARTS, NodeSpec, PlacedKnob,
+    ChainSpec, GraphFile, HeaderStamp, InnerSpec, MOST_PARTS, NodeSpec, PlacedEvent, PlacedKnob,
     document::Block,
     error::{Checked, GraphRefusal, Placed, holds, instead, line_and_column, refuse, unknown},
     executors,
@@ -13,7 +13,7 @@ use super::{
     names::{name, node_of, once, topic_name},
     plant::{PLANT, PlantSpec},
 };
-use crate::{Bound, DataChain, Divider, FigureLimit, Limit, MAX_CHAINS, key};
+use crate::{BagAges, Bound, DataChain, Divider, FigureLimit, Limit, MAX_CHAINS, key};
 
 /// Checks the sections of `text`.
 pub(super) fn check(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
@@ -22,14 +22,7 @@ pub(super) fn check(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
             .iter()
             .filter(move |block| block.section.name == kind)
     };
-    let mut file = GraphFile {
-        text: text.to_owned(),
-        ..GraphFile::default()
-    };
-    if let Some(own) = blocks.first().and_then(|top| top.text("name")) {
-        name(own)?;
-        file.name.clone_from(&own.text);
-    }
+    let mut file = head(text, blocks)?;
     for block in of("node") {
         let divided = divided_rate(block, of("node"))?;
         let node = node(
@@ -80,6 +73,22 @@ pub(super) fn check(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
     Ok(file)
 }
 
+/// What stands before all sections.
+fn head(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
+    let mut file = GraphFile {
+        text: text.to_owned(),
+        ..GraphFile::default()
+    };
+    if let Some(top) = blocks.first() {
+        if let Some(own) = top.text("name") {
+            name(own)?;
+            file.name.clone_from(&own.text);
+        }
+        file.events = events(top)?;
+    }
+    Ok(file)
+}
+
 fn topics(block: &Block, key: &str) -> Checked<Vec<Placed>> {
     let topics = block.list(key);
     for (index, topic) in topics.iter().enumerate() {
@@ -87,6 +96,28 @@ fn topics(block: &Block, key: &str) -> Checked<Vec<Placed>> {
         once(key, topic, &topics[..index])?;
     }
     Ok(topics.to_vec())
+}
+
+/// What the section `at` has happen during a run.
+fn events(top: &Block) -> Checked<Vec<PlacedEvent>> {
+    let pairs = top.list("at").chunks_exact(2);
+    let events = pairs.map(|pair| {
+        let [time, knob] = [&pair[0], &pair[1]];
+        let seconds: Option<f64> = time.text.trim().parse().ok();
+        let at = seconds.and_then(|seconds| Time::from_secs_f64(seconds).ok());
+        let Some(at) = at else {
+            let what = format!("at: {:?} is not a time: expected seconds", time.text);
+            return refuse(time.at, what);
+        };
+        match knob.text.trim().parse() {
+            Ok(parsed) => Ok(PlacedEvent {
+                event: TimedKnob { at, knob: parsed },
+                at: knob.at,
+            }),
+            Err(why) => refuse(knob.at, format!("at: {why}")),
+        }
+    });
+    events.collect()
 }
 
 /// The settings in `block`, as knobs.
@@ -165,6 +196,15 @@ fn node(block: &Block, divided: Option<Hz>, all: &mut Vec<PlacedKnob>) -> Checke
             return refuse(at, what);
         }
     };
+    if let (Some(_), Some(at)) = (rate, block.at("every")) {
+        let what = format!("{:?} ticks at a rate: leave every out", block.name.text);
+        return refuse(at, what);
+    }
+    let only_new = block.text("only_new").filter(|flag| flag.text == "true");
+    if let Some(flag) = only_new.filter(|_| reads.is_empty()) {
+        let what = format!("{:?} reads nothing: leave only_new out", block.name.text);
+        return refuse(flag.at, what);
+    }
     Ok(NodeSpec {
         name: block.name.text.clone(),
         at: block.name.at,
@@ -174,6 +214,7 @@ fn node(block: &Block, divided: Option<Hz>, all: &mut Vec<PlacedKnob>) -> Checke
         triggers,
         reads,
         publishes: topics(block, "publishes")?,
+        only_new: only_new.is_some(),
         callback: callback(block)?,
     })
 }
@@ -203,16 +244,26 @@ fn matching(block: &Block, triggers: &[Placed]) -> Checked<Match> {
         let expected = TOPICS.expected();
         return refuse(at, format!("trigger: no topic: expected {expected}"));
     }
-    let mut timers = ["offset", "late"].into_iter();
+    let mut timers = ["offset", "late", "only_new"].into_iter();
     if let Some((key, at)) = timers.find_map(|key| Some((key, block.at(key)?))) {
         let what = format!("messages trigger {name:?}: leave {key} out");
         return refuse(at, what);
     }
-    let Some(matching) = block.text("match") else {
-        return Ok(Match::Each);
+    let every = block.text("every");
+    let parsed: Result<Match, SettingError> = match (block.text("match"), every) {
+        (None, None) => return Ok(Match::Each),
+        (Some(matching), None) => {
+            let parsed = matching.text.parse();
+            return parsed.or_else(|error| refuse(matching.at, format!("match: {error}")));
+        }
+        (Some(_), Some(every)) => {
+            let what = format!("{name:?} has both match and every: leave one of them out");
+            return refuse(every.at, what);
+        }
+        (None, Some(every)) => format!("every:{}", every.text).parse(),
     };
-    let parsed: Result<_, SettingError> = matching.text.parse();
-    parsed.or_else(|error| refuse(matching.at, format!("match: {error}")))
+    let at = every.map_or(0, |every| every.at);
+    parsed.or_else(|_| refuse(at, "every: expected a whole number from 1 on".to_owned()))
 }
 
 fn callback(block: &Block) -> Checked<Callback> {
@@ -318,8 +369,25 @@ fn chain(block: &Block, file: &GraphFile) -> Checked<ChainSpec> {
         return refuse(*at, what);
     }
     let names = path.iter().map(|place| &*place.text);
-    let chain = DataChain::new(name, file.chains.len(), names, limit);
+    let mut chain = DataChain::new(name, file.chains.len(), names, limit);
+    chain.bag = bag_ages(block)?;
     Ok(ChainSpec { chain, path })
+}
+
+/// The ages that a bag had.
+fn bag_ages(block: &Block) -> Checked<Option<BagAges>> {
+    let Some(mean_ms) = block.number("bag_mean_ms") else {
+        let others = ["bag_p99_ms", "unsure"].into_iter();
+        return match others.filter_map(|key| Some((key, block.at(key)?))).next() {
+            Some((key, at)) => refuse(at, format!("{key} without bag_mean_ms: add that")),
+            None => Ok(None),
+        };
+    };
+    Ok(Some(BagAges {
+        mean_ms,
+        p99_ms: block.number("bag_p99_ms"),
+        unsure: block.text("unsure").map(|why| why.text.clone()),
+    }))
 }
 
 /// The limit of a figure, which has one bound.

@@ -66,7 +66,7 @@ impl Block {
 type MeantKey = (&'static str, &'static str, &'static [&'static str]);
 
 /// Keys by the words that others have for them.
-const MEANT: [MeantKey; 17] = [
+const MEANT: [MeantKey; 19] = [
     (
         "node",
         "rate",
@@ -90,6 +90,12 @@ const MEANT: [MeantKey; 17] = [
         "publishes",
         &["output", "outputs", "publisher", "publishers", "publish"],
     ),
+    (
+        "node",
+        "every",
+        &["throttle", "decimation", "downsample", "skip"],
+    ),
+    ("", "at", &["events", "faults", "knobs"]),
     ("node", "group", &["callback_group", "callback_groups"]),
     ("node", "deadline_ms", &["deadline"]),
     (
@@ -327,6 +333,8 @@ fn texts(key: &FormatKey, value: ValueOf<'_>) -> Checked<Vec<Placed>> {
                 .collect::<Option<Vec<_>>>()
                 .map(|pairs| pairs.concat())
         }
+        (Form::Flag, DeValue::Boolean(flag)) => Some(vec![Placed::new(&flag.to_string(), at)]),
+        (Form::Events, DeValue::Table(table)) => events(table),
         (_, content) => {
             let number = number(content).filter(|number| form.has(*number));
             number.map(|number| vec![Placed::new(&written(number), at)])
@@ -334,6 +342,19 @@ fn texts(key: &FormatKey, value: ValueOf<'_>) -> Checked<Vec<Placed>> {
     };
     let what = || format!("{}: expected {}", key.name, form.expected());
     texts.map_or_else(|| refuse(at, what()), Ok)
+}
+
+/// Times and knobs in turn.
+fn events(table: &DeTable<'_>) -> Option<Vec<Placed>> {
+    let mut texts = Vec::new();
+    for (key, value) in in_order(table) {
+        let knobs: Vec<Placed> = match value.get_ref() {
+            DeValue::Array(items) => items.iter().map(text).collect::<Option<_>>()?,
+            _ => vec![text(value)?],
+        };
+        texts.extend(knobs.into_iter().flat_map(|knob| [placed(key), knob]));
+    }
+    Some(texts)
 }
 
 fn text(value: ValueOf<'_>) -> Option<Placed> {

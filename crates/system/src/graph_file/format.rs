@@ -4,7 +4,7 @@ use ratelab::KnobKind::{
     self, Clock, Depth, Late, Link, Offset, Rate, Read, StampClock, Takes, Wakes,
 };
 
-use Form::{Figure, Knob, List, Milliseconds, Number, Numbers, Remap, Text, Whole};
+use Form::{Events, Figure, Flag, Knob, List, Milliseconds, Number, Numbers, Remap, Text, Whole};
 
 /// A kind of section, such as `[node.NAME]`.
 #[derive(Clone, Copy, Debug)]
@@ -55,6 +55,10 @@ pub enum Form {
     Remap,
     /// A table from names to numbers, or to lists of numbers.
     Numbers,
+    /// `true` or `false`.
+    Flag,
+    /// A table from times to a knob, or a list of them.
+    Events,
 }
 
 impl Form {
@@ -72,6 +76,8 @@ impl Form {
             Milliseconds => format!("milliseconds from {SHORTEST_MS} to {LONGEST_MS}"),
             Remap => r#"topics, such as { "/obs" = "/pose" }"#.to_owned(),
             Numbers => "names with numbers, such as { hip = 0.2 }".to_owned(),
+            Flag => "true or false".to_owned(),
+            Events => r#"times (s) with knobs, such as "20.5" = "crash camera""#.to_owned(),
         }
     }
 
@@ -83,7 +89,7 @@ impl Form {
             Whole(most) => number.fract() == 0.0 && (0.0..=f64::from(most)).contains(&number),
             Number(most) => number > 0.0 && number <= most,
             Milliseconds => (SHORTEST_MS..=LONGEST_MS).contains(&number),
-            Text(_) | List(_) | Remap | Numbers => false,
+            Text(_) | List(_) | Remap | Numbers | Flag | Events => false,
         }
     }
 }
@@ -142,6 +148,9 @@ const fn required(name: &'static str, form: Form, help: &'static str) -> FormatK
 /// The highest rate of a clock (Hz).
 const MOST_CLOCK_HZ: f64 = 1e6;
 
+/// The most triggers of which one makes a tick.
+const MOST_EVERY: u32 = 1_000_000;
+
 /// The highest priority number.
 const MOST_PRIORITY: u32 = 1_000_000;
 
@@ -150,7 +159,14 @@ pub const SECTIONS: [FileSection; 9] = [
     FileSection {
         name: "",
         named: false,
-        keys: &[required("name", NAME, "Name of the graph")],
+        keys: &[
+            required("name", NAME, "Name of the graph"),
+            optional(
+                "at",
+                Events,
+                "What happens during a run: seconds with a knob, or a list of knobs, such as `\"20.97\" = \"crash camera\"` in a section `[at]`",
+            ),
+        ],
         one_of: &[],
         help: "The graph",
     },
@@ -175,9 +191,19 @@ pub const SECTIONS: [FileSection; 9] = [
                  exact:10 (equal header stamps; 10 of them wait) or approximate:10 (the closest) [default: each]",
             ),
             optional(
+                "every",
+                Whole(MOST_EVERY),
+                "Only the first of so many triggers makes it tick, as in a throttle [default: 1]",
+            ),
+            optional(
+                "only_new",
+                Flag,
+                "Whether a node at a rate publishes only if it read another header stamp than in the tick before [default: false]",
+            ),
+            optional(
                 "takes",
                 Knob(Takes),
-                "Duration of a tick (ms): 30, 60..110, lognormal:30,90, recorded:FILE, file:CSV or drawn:CSV; \"busy 30\" keeps a core busy",
+                "Duration of a tick (ms): 30, 60..110, lognormal:30,90, recorded:FILE, file:CSV or drawn:CSV, also with a factor: 0.5 * file:CSV; \"busy 30\" keeps a core busy",
             ),
             optional("offset", Knob(Offset), "Due time of the first tick (ms)"),
             optional(
@@ -280,7 +306,7 @@ pub const SECTIONS: [FileSection; 9] = [
             optional(
                 "link",
                 Knob(Link),
-                "Way of a message to its readers: delay:30, delay:5..40, loss:0.1, in-order, ...",
+                "Way of a message to its readers: delay:30, delay:5..40, delay:file:CSV, loss:0.1, in-order, ...",
             ),
             optional(
                 "read",
@@ -309,6 +335,21 @@ pub const SECTIONS: [FileSection; 9] = [
                 "share",
                 Number(1.0),
                 "Share of the time for which the limit holds [default: 1]",
+            ),
+            optional(
+                "bag_mean_ms",
+                Milliseconds,
+                "The mean age in the bag that the graph was made of (ms): a run prints it beside its own",
+            ),
+            optional(
+                "bag_p99_ms",
+                Milliseconds,
+                "The age there that was not exceeded for 99 % of the time (ms)",
+            ),
+            optional(
+                "unsure",
+                Text("a text"),
+                "What the bag could not tell: ages of the graph with a change rest on it",
             ),
         ],
         one_of: &[],

@@ -13,6 +13,10 @@ pub(super) struct GraphNode {
     pub(super) inputs: Vec<NodeInput>,
     pub(super) outputs: Vec<Publisher<f64>>,
     pub(super) stamp: HeaderStamp,
+    /// Whether it publishes only what it made of something new.
+    pub(super) only_new: bool,
+    /// Whether the present tick publishes.
+    pub(super) published: bool,
     pub(super) ends: Option<ChainEnds>,
     /// The numbers of the message that it read last.
     pub(super) row: Vec<f64>,
@@ -70,13 +74,20 @@ impl GraphNode {
 
 impl Node for GraphNode {
     fn tick(&mut self, tick: &mut Tick) -> TickResult {
+        let mut is_new = false;
         for input in &mut self.inputs {
             if let Some(sensed) = (input.reader)(tick, &mut self.row) {
+                is_new |= input.sensed != Some(sensed);
                 input.sensed = Some(sensed);
             }
         }
         let mut inputs = self.inputs.iter();
-        if self.inputs.is_empty() || inputs.any(|input| input.sensed.is_some()) {
+        self.published = if self.only_new {
+            is_new
+        } else {
+            self.inputs.is_empty() || inputs.any(|input| input.sensed.is_some())
+        };
+        if self.published {
             let outputs = self.outputs.iter();
             outputs.for_each(|output| self.publish(output, tick));
         }
@@ -89,7 +100,8 @@ impl Node for GraphNode {
     /// Measures the chains when the messages of the tick are published.
     fn apply(&mut self, tick: &mut Tick) -> TickResult {
         let now = tick.now();
-        let Some(ends) = &mut self.ends else {
+        let is_quiet = self.only_new && !self.published;
+        let Some(ends) = self.ends.as_mut().filter(|_| !is_quiet) else {
             return Ok(Flow::Continue);
         };
         let (tracker, began) = (&ends.tracker, ends.began);

@@ -57,7 +57,7 @@ mod wiring;
 
 use std::fmt;
 
-use ratelab::{Callback, Executor, Knob, Release};
+use ratelab::{Callback, Executor, Knob, Release, TimedKnob};
 
 use crate::{DataChain, Divider, FigureLimit};
 
@@ -73,7 +73,7 @@ pub const MOST_BYTES: usize = 1 << 20;
 
 /// Maximum number of nodes, topics, ends of topics and chains together: a recording of the
 /// graph stays readable.
-pub const MOST_PARTS: usize = 200;
+pub const MOST_PARTS: usize = 1_000;
 
 /// A graph file: its content, checked.
 #[derive(Clone, Debug, Default)]
@@ -83,6 +83,8 @@ pub struct GraphFile {
     nodes: Vec<NodeSpec>,
     /// The settings of its nodes and topics.
     settings: Vec<PlacedKnob>,
+    /// What happens during a run.
+    events: Vec<PlacedEvent>,
     dividers: Vec<Divider>,
     /// The topics with settings.
     topics: Vec<Placed>,
@@ -103,6 +105,13 @@ struct PlacedKnob {
     at: usize,
 }
 
+/// Something that happens during a run, with the place of its knob in the file.
+#[derive(Clone, Debug)]
+struct PlacedEvent {
+    event: TimedKnob,
+    at: usize,
+}
+
 /// A node in a graph file.
 #[derive(Clone, Debug)]
 struct NodeSpec {
@@ -117,6 +126,8 @@ struct NodeSpec {
     reads: Vec<Placed>,
     publishes: Vec<Placed>,
     stamp: HeaderStamp,
+    /// Whether it publishes only what it made of something new.
+    only_new: bool,
     /// The node as its executor knows it.
     callback: Callback,
 }
@@ -185,7 +196,7 @@ impl GraphFile {
         file.map_err(|refusal| refusal.in_text(text))
     }
 
-    /// This graph with its settings as `change` returns them, such as with measured durations
+    /// This graph with its settings and events as `change` returns them, such as with measured durations
     /// that were loaded.
     ///
     /// # Errors
@@ -194,12 +205,14 @@ impl GraphFile {
         mut self,
         mut change: impl FnMut(Knob) -> Result<Knob, E>,
     ) -> Result<Self, GraphFileError> {
-        for PlacedKnob { knob, at } in &mut self.settings {
+        let settings = self.settings.iter_mut().map(|of| (&mut of.knob, of.at));
+        let events = self.events.iter_mut().map(|of| (&mut of.event.knob, of.at));
+        for (knob, at) in settings.chain(events) {
             match change(knob.clone()) {
                 Ok(changed) => *knob = changed,
                 Err(why) => {
                     let what = format!("{}: {why}", knob.kind().name());
-                    return Err(GraphRefusal::new(*at, what).in_text(&self.text));
+                    return Err(GraphRefusal::new(at, what).in_text(&self.text));
                 }
             }
         }

@@ -2,10 +2,10 @@
 
 use std::sync::{Arc, OnceLock};
 
-use ratelab::{ClockExit, Knob, Release, Time, Topology};
+use ratelab::{ClockExit, Knob, Release, Time, TimedKnob, Topology};
 
 use super::{
-    ChainSpec, GraphFile, GraphFileError, PlacedKnob,
+    ChainSpec, GraphFile, GraphFileError,
     error::{GraphRefusal, unknown},
     insertion::{Middle, insert},
 };
@@ -21,6 +21,7 @@ pub struct GraphSystem {
     pub(super) topology: OnceLock<Topology>,
     /// Its settings, behind the settings of the system in its middle.
     settings: Vec<Knob>,
+    events: Vec<TimedKnob>,
     pub(super) chains: Vec<DataChain>,
 }
 
@@ -86,10 +87,12 @@ impl GraphSystem {
         if self.build(&mut builder).is_err() {
             return Ok(());
         }
-        for PlacedKnob { knob, at } in &self.file.settings {
+        let settings = self.file.settings.iter().map(|of| (&of.knob, of.at));
+        let events = self.file.events.iter().map(|of| (&of.event.knob, of.at));
+        for (knob, at) in settings.chain(events) {
             if let Err(why) = builder.graph.check(knob) {
                 let what = format!("{}: {why}", knob.kind().name());
-                return Err(GraphRefusal::new(*at, what).in_text(&self.file.text));
+                return Err(GraphRefusal::new(at, what).in_text(&self.file.text));
             }
         }
         Ok(())
@@ -102,6 +105,7 @@ impl GraphSystem {
         Self {
             settings: inner.chain(own).cloned().collect(),
             chains: file.chains.iter().map(|spec| spec.chain.clone()).collect(),
+            events: file.events.iter().map(|of| of.event.clone()).collect(),
             file: file.clone(),
             topology: OnceLock::new(),
             middle,
@@ -177,6 +181,7 @@ impl System for GraphSystem {
     fn about(&self) -> About<'_> {
         let about = About {
             settings: &self.settings,
+            events: &self.events,
             dividers: &self.file.dividers,
             graph_file: Some(&self.file.text),
             chains: &self.chains,

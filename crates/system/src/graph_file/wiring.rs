@@ -102,7 +102,7 @@ impl GraphSystem {
         // After the nodes of a system that are due at the same time.
         let before = if alone { 0 } else { 100 };
         let priority = before + node.priority.unwrap_or(index as u32);
-        let (release, stamp) = (node.release, node.stamp);
+        let (release, stamp, only_new) = (node.release, node.stamp, node.only_new);
         builder.released_node(&node.name, release, priority, move |wiring| {
             let triggers = triggers.iter().map(|topic| topic.trigger(wiring));
             let mut inputs: Vec<_> = triggers.map(NodeInput::new).collect();
@@ -113,6 +113,8 @@ impl GraphSystem {
                 inputs,
                 outputs: outputs.collect(),
                 stamp,
+                only_new,
+                published: false,
                 row: Vec::new(),
                 ends: (!ends.is_empty()).then(|| wires.ends(wiring, &ends, alone)),
             }

@@ -1,5 +1,6 @@
 //! `ratelab look`: what the times in a bag say.
 
+mod svg;
 mod table;
 
 use ratelab_bag::{
@@ -10,7 +11,7 @@ use serde_json::{Map, Value, json};
 use crate::{
     cli::LookArgs,
     error::Error,
-    output::{print_data, print_line},
+    output::{OutputKind, print_data, print_line},
     reading,
 };
 use ratelab_recording::printable::shown;
@@ -19,6 +20,11 @@ use ratelab_recording::printable::shown;
 pub fn look(args: &LookArgs) -> Result<(), Error> {
     let bag = reading::read_bag(&args.file)?;
     let analysis = Analysis::new(&bag);
+    if let Some(path) = &args.svg {
+        let drawing = svg::drawing(&bag, &analysis);
+        let read = std::slice::from_ref(&args.file);
+        OutputKind::Drawing.write("--svg", path, read, drawing.as_bytes())?;
+    }
     if args.json {
         print_data(&format!("{:#}", value(&bag, &analysis)))?;
     } else {

@@ -1,10 +1,13 @@
 //! A bag as a graph file: each line with its evidence as a comment.
 
+mod orders;
 mod reader;
 mod sensor;
 mod sheet;
+mod unsure;
 
 use std::{
+    cmp::Ordering,
     fs,
     path::{Path, PathBuf},
 };
@@ -12,6 +15,7 @@ use std::{
 use ratelab_bag::{Analysis, Bag, BagChain, BagError, BagNode, Kind, NamedEdge};
 use ratelab_system::{MAX_CHAINS, graph_file::GraphFile};
 
+use orders::{ThreadOrder, nearest};
 use sheet::{GraphSheet, ValueTable, node_name, number};
 
 use crate::{
@@ -30,8 +34,6 @@ pub struct GraphOfBag {
     pub text: String,
     /// Costs and lateness that it names.
     pub tables: Vec<ValueTable>,
-    /// Crashes and restarts, a line each; empty without any.
-    pub knobs: String,
     /// How long it runs until the end of the bag (s).
     pub seconds: f64,
 }
@@ -47,10 +49,19 @@ struct Draft<'a> {
     written: Vec<usize>,
     /// The names of topics in the file, and of the nodes after them.
     names: Vec<(String, String)>,
+    /// How the nodes of each thread register.
+    orders: &'a [ThreadOrder],
 }
 
-/// Writes the graph of `bag`, whose name is `name`, with its tables in the folder `data`.
-pub fn graph(bag: &Bag, analysis: &Analysis, name: &str, data: &str) -> GraphOfBag {
+/// Writes the graph of `bag`, whose name is `name`, with its tables in the folder `data`; the nodes of
+/// each thread register in these `orders`.
+pub fn graph(
+    bag: &Bag,
+    analysis: &Analysis,
+    name: &str,
+    data: &str,
+    orders: &[ThreadOrder],
+) -> GraphOfBag {
     let begins = analysis.nodes.iter().filter_map(|node| {
         let path = analysis
             .chains
@@ -69,6 +80,7 @@ pub fn graph(bag: &Bag, analysis: &Analysis, name: &str, data: &str) -> GraphOfB
         sheet: GraphSheet::new(name, data),
         written: Vec::new(),
         names: sheet::names(bag.topics.iter().map(|topic| topic.name.as_str())),
+        orders,
     };
     draft.sheet.line(&format!(
         "# from a bag of {} messages in {:.1} s; costs and lateness as measured, in {data}/",
@@ -153,9 +165,15 @@ impl Draft<'_> {
                 continue;
             }
             let transport = self.analysis.clocks.least_transport as f64 / 1e6;
-            let (mut lost, mut depth) = (0.0_f64, 1);
+            // What one reader lost says nothing against a surer one that lost nothing.
+            let (mut lost, mut surest, mut depth) = (0.0_f64, 0.0, 1);
             for reader in readers {
-                lost = lost.max(reader::lost(reader));
+                let of_reader = reader::lost(reader);
+                match reader.confidence.total_cmp(&surest) {
+                    Ordering::Greater => (lost, surest) = (of_reader, reader.confidence),
+                    Ordering::Equal => lost = lost.max(of_reader),
+                    Ordering::Less => {}
+                }
                 depth = depth.max(reader::depth(reader));
             }
             let mut link = Vec::new();
@@ -183,27 +201,20 @@ impl Draft<'_> {
 
     /// Writes the executors of nodes that share a thread.
     fn threads(&mut self) {
-        for (number, group) in self.analysis.shared.iter().enumerate() {
-            let is_timer = |topic: &usize| {
-                self.analysis
-                    .node(*topic)
-                    .is_some_and(|node| node.kind == Kind::Timer)
-            };
-            let (timers, others): (Vec<usize>, Vec<usize>) =
-                group.iter().partition(|of| is_timer(of));
-            let names: Vec<String> = timers
+        for (number, order) in (1..).zip(self.orders) {
+            let names: Vec<String> = order
+                .topics
                 .iter()
-                .chain(&others)
                 .map(|of| sheet::quoted(&self.name(*of)))
                 .collect();
-            self.sheet
-                .line(&format!("\n[executor.thread{}]", number + 1));
-            self.sheet
-                .line("kind = \"single\"   # none began while another one ran");
-            self.sheet.line(&format!(
-                "nodes = [{}]   # the order cannot be seen in a bag",
-                names.join(", ")
-            ));
+            let (kind, names) = (sheet::quoted(order.kind), names.join(", "));
+            for line in [
+                format!("\n[executor.thread{number}]"),
+                format!("kind = {kind}   # none began while another one ran"),
+                format!("nodes = [{names}]   # of all orders the nearest to the ages in the bag"),
+            ] {
+                self.sheet.line(&line);
+            }
         }
     }
 
@@ -236,15 +247,18 @@ impl Draft<'_> {
                 );
             }
             let (mean, p99) = (ages.mean / 1e6, ages.p99 as f64 / 1e6);
-            for line in [
+            let mut lines = vec![
                 format!("\n# in the bag: mean {mean:.1} ms, p99 {p99:.1} ms over time"),
                 format!("[chain.{}]", self.name(chain.topic)),
                 format!("path = [{}]", path.join(", ")),
                 format!("age_ms = {p99:.3}"),
                 "share = 0.99".to_owned(),
-            ] {
-                self.sheet.line(&line);
-            }
+                format!("bag_mean_ms = {mean:.3}"),
+                format!("bag_p99_ms = {p99:.3}"),
+            ];
+            let unsure = unsure::reason(self.analysis, chain);
+            lines.extend(unsure.map(|why| format!("unsure = {}", sheet::quoted(&why))));
+            lines.iter().for_each(|line| self.sheet.line(line));
         }
     }
 }
@@ -252,19 +266,16 @@ impl Draft<'_> {
 /// Writes the graph of the bag at `from` into `path`, which ends in .toml. `edges` are what the user
 /// knows of it.
 pub fn write(path: &Path, from: &Path, edges: &[String]) -> Result<(), Error> {
-    let [folder, knobs] = ["data", "knobs"].map(|ending| path.with_extension(ending));
-    for new in [path, &folder, &knobs] {
+    let folder = path.with_extension("data");
+    for new in [path, &folder] {
         refuse_existing("new", new)?;
     }
     let bag = reading::read_bag(from)?;
     let analysis = Analysis::with_edges(&bag, &edges_of(&bag, edges)?);
-    let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    let graph = graph(
-        &bag,
-        &analysis,
-        &node_name(&name),
-        &folder.to_string_lossy(),
-    );
+    let name = node_name(&path.file_stem().unwrap_or_default().to_string_lossy());
+    let data = folder.file_name().unwrap_or_default().to_string_lossy();
+    let graph = |orders: &[ThreadOrder]| graph(&bag, &analysis, &name, &data, orders);
+    let graph = nearest(&analysis, graph);
     if !graph.text.contains("\n[node.") {
         let why = "no node can be made of this bag: its topics need header stamps and a rate";
         return Err(Error::BadInput(format!("--from {}: {why}", from.display())));
@@ -275,8 +286,8 @@ pub fn write(path: &Path, from: &Path, edges: &[String]) -> Result<(), Error> {
             "--from {from}: no graph file can be made of this bag: {why}"
         ))
     })?;
-    write_all(path, &folder, &knobs, &graph)?;
-    print_line(&said(path, &knobs, &graph))?;
+    write_all(path, &folder, &graph)?;
+    print_line(&said(path, &graph))?;
     reading::if_damaged(&bag)
 }
 
@@ -289,7 +300,7 @@ fn edges_of(bag: &Bag, edges: &[String]) -> Result<Vec<NamedEdge>, Error> {
     edges.iter().map(edge).collect()
 }
 
-fn write_all(path: &Path, folder: &Path, knobs: &Path, graph: &GraphOfBag) -> Result<(), Error> {
+fn write_all(path: &Path, folder: &Path, graph: &GraphOfBag) -> Result<(), Error> {
     let open = |path: &Path| OutputFile::open("new", path);
     let mut files: Vec<(PathBuf, &str)> = Vec::new();
     let unwritable = |why| Error::unwritable("new", folder, &why);
@@ -299,9 +310,6 @@ fn write_all(path: &Path, folder: &Path, knobs: &Path, graph: &GraphOfBag) -> Re
     }
     for table in &graph.tables {
         files.push((folder.join(&table.file), &table.text));
-    }
-    if !graph.knobs.is_empty() {
-        files.push((knobs.to_owned(), &graph.knobs));
     }
     files.push((path.to_owned(), &graph.text));
     for (path, text) in files {
@@ -317,16 +325,11 @@ fn write_all(path: &Path, folder: &Path, knobs: &Path, graph: &GraphOfBag) -> Re
 }
 
 /// How the graph is run.
-fn said(path: &Path, knobs: &Path, graph: &GraphOfBag) -> String {
+fn said(path: &Path, graph: &GraphOfBag) -> String {
     let (file, program) = (shown(path), program::name());
-    let with = if graph.knobs.is_empty() {
-        String::new()
-    } else {
-        format!(" --knobs {}", shown(knobs))
-    };
     let seconds = number(graph.seconds);
     format!(
-        "{file}: {program} run {file} --clock virtual --duration-s {seconds}{with} repeats the bag; read its \
+        "{file}: {program} run {file} --clock virtual --duration-s {seconds} repeats the bag; read its \
          comments first"
     )
 }

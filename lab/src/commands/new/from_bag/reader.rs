@@ -1,11 +1,18 @@
 //! Nodes that read: triggered by messages, or timers.
 
-use ratelab_bag::{BagNode, InputOfNode, Kind, Timed};
+use ratelab_bag::{BagNode, InputOfNode, Kind, Timed, TimerRun};
 
 use super::{
     Draft,
     sheet::{nine_digits, number},
+    unsure,
 };
+
+/// The part of the outputs of a timer below which it does not repeat what it published.
+const NO_REPEATS: f64 = 0.005;
+
+/// The mean interval of its outputs, in periods, from which on some ticks have none.
+const SOME_MISSING: f64 = 1.02;
 
 /// The part of the inputs of a node that it lost on its way to it.
 pub(super) fn lost(node: &BagNode) -> f64 {
@@ -58,18 +65,29 @@ impl Draft<'_> {
         match (input.other, node.kind, input.timed) {
             (Some(other), ..) => {
                 let other = self.quoted(other);
-                self.sheet.line(&format!("trigger = [{parent}, {other}]   # both with one stamp; {sure}"));
+                self.sheet.line(&format!(
+                    "trigger = [{parent}, {other}]   # both with one stamp; {sure}"
+                ));
                 self.sheet.line("match = \"exact:10\"");
             }
             (_, Kind::Unknown, _) => self.sheet.line(&format!(
                 "trigger = [{parent}]   # neither a trigger nor a timer explains it; {sure}"
             )),
-            (.., Some(timed)) => self.sheet.line(&format!(
-                "trigger = [{parent}]   # within {spread:.2} ms after the input, within {:.2} ms on a grid \
-                 of {:.2} ms; {sure}",
-                timed.spread as f64 / 1e6,
-                timed.period / 1e6
-            )),
+            (.., Some(timed)) => {
+                self.sheet.line(&format!(
+                    "trigger = [{parent}]   # within {spread:.2} ms after the input, within {:.2} ms on a \
+                     grid of {:.2} ms; {sure}",
+                    timed.spread as f64 / 1e6,
+                    timed.period / 1e6
+                ));
+                if node.confidence < unsure::SURE {
+                    self.sheet.line(&format!(
+                        "# or a timer, run both: --with 'node.{name} = {{ rate = {}, offset = {} }}'",
+                        nine_digits(1e9 / timed.period),
+                        number(self.offset(node, timed) / 1e6)
+                    ));
+                }
+            }
             _ => self.sheet.line(&format!(
                 "trigger = [{parent}]   # within {spread:.2} ms after the input, on no grid; {sure}"
             )),
@@ -84,29 +102,40 @@ impl Draft<'_> {
         }
     }
 
+    /// When the first tick of a timer is due in the file (ns).
+    fn offset(&self, node: &BagNode, timed: Timed) -> f64 {
+        let events = &self.analysis.series[node.topic].events;
+        let first = events.first().copied().unwrap_or(0) as f64;
+        (first + timed.phase - self.zero as f64).rem_euclid(timed.period)
+    }
+
     fn timed(&mut self, node: &BagNode, input: &InputOfNode, timed: Timed) {
         let name = self.name(node.topic);
         let events = &self.analysis.series[node.topic].events;
         let first = events.first().copied().unwrap_or(0) as f64;
         let zero = self.zero as f64;
-        let offset = (first + timed.phase - zero).rem_euclid(timed.period);
+        let mut offset = self.offset(node, timed);
         let Some(outputs) = self.analysis.found().outputs(node) else {
             return;
         };
-        let ticks = outputs.ticks(timed).zip(&input.triggered.steps);
-        let runs = ticks.map(|((tick, late, _), step)| {
-            let number = ((first + tick - zero - offset) / timed.period).round();
-            TimerRun {
-                number: number.max(0.0) as usize,
-                late,
-                end: events[step.output] as f64 - zero,
-            }
-        });
-        let TimerTicks {
-            takes,
-            wakes,
-            begun_late,
-        } = TimerTicks::new(&runs.collect::<Vec<_>>(), offset, timed.period);
+        let runs: Vec<TimerRun> = outputs.runs(timed).collect();
+        let waited = runs.iter().filter(|run| run.start > run.tick + 1.0);
+        let is_queue = !timed.is_late && waited.count() * 100 > runs.len();
+        let mut grid = TimerGrid {
+            // Since the first output.
+            origin: offset + zero - first,
+            period: timed.period,
+            is_queue,
+            is_late: timed.is_late,
+            early: 0.0,
+        };
+        let mut ticks = TimerTicks::new(&runs, grid);
+        grid.early = ticks.too_new(&grid, runs.len());
+        if grid.early > 0.0 {
+            offset = (offset - grid.early).rem_euclid(timed.period);
+            grid.origin = offset + zero - first;
+            ticks = TimerTicks::new(&runs, grid);
+        }
         let repeats = 100.0 * input.triggered.repeats;
         let idle = 100.0 * input.triggered.idle;
         self.sheet.line(&format!(
@@ -120,71 +149,183 @@ impl Draft<'_> {
             number(offset / 1e6),
             number(timed.known_to / 1e6)
         ));
-        if let Some(takes) = self.sheet.values(&name, "takes", &takes) {
+        if let Some(takes) = self.sheet.values(&name, "takes", &ticks.takes) {
             self.sheet.line(&format!("takes = {takes}"));
         }
-        if timed.is_late {
-            if let Some(wakes) = self.sheet.values(&name, "wakes", &wakes) {
-                self.sheet.line(&format!("wakes = {wakes}"));
-            }
-        } else if begun_late * 100 > input.triggered.steps.len() {
+        if let Some(wakes) = self.sheet.values(&name, "wakes", &ticks.wakes) {
+            self.sheet.line(&format!("wakes = {wakes}"));
+        }
+        if is_queue {
             self.sheet.line("late = \"queue:1\"");
         }
         let parent = self.quoted(input.parent);
         self.sheet.line(&format!("reads = [{parent}]"));
+        let mean = outputs.mean_interval();
+        if input.triggered.repeats < NO_REPEATS && mean > SOME_MISSING * timed.period {
+            self.sheet
+                .line("only_new = true   # no stamp is there twice, and some ticks have no output");
+        }
     }
 }
 
-/// A run of a timer (ns).
-struct TimerRun {
-    number: usize,
-    late: f64,
-    end: f64,
+/// When the ticks of a timer are due, in time since its first output (ns).
+#[derive(Clone, Copy)]
+struct TimerGrid {
+    /// The first due time of the graph.
+    origin: f64,
+    period: f64,
+    /// Whether a due time waits for the run before.
+    is_queue: bool,
+    /// Whether ticks begin late.
+    is_late: bool,
+    /// How much later than due ticks may begin, so that they read what they read in the bag.
+    early: f64,
+}
+
+impl TimerGrid {
+    fn due(self, number: f64) -> f64 {
+        self.origin + number * self.period
+    }
+
+    /// The number of the next tick after `number`, of a node that is free from `free` on.
+    fn next(self, number: f64, free: f64) -> f64 {
+        let passed = (free - self.origin) / self.period;
+        let passed = if self.is_queue {
+            passed.floor()
+        } else {
+            passed.ceil()
+        };
+        passed.max(number + 1.0)
+    }
 }
 
 /// What each tick that starts takes, and how late it is (ms).
+#[derive(Default)]
 struct TimerTicks {
     takes: Vec<f64>,
     wakes: Vec<f64>,
-    /// Ticks that waited for the run before.
-    begun_late: usize,
+    /// How long what outputs used had not been the newest as their ticks began (ns).
+    too_new: Vec<f64>,
 }
 
 impl TimerTicks {
-    /// The ticks of `runs`; one without an output takes the median.
-    fn new(runs: &[TimerRun], offset: f64, period: f64) -> Self {
+    /// The ticks that make the outputs of `runs`, as the graph will run them: each output is of the
+    /// first tick that could read what it used. Others have none, and take no longer than usual.
+    fn new(runs: &[TimerRun], grid: TimerGrid) -> Self {
         const MOST: usize = 10_000_000;
-        let mut ticks = Self {
-            takes: Vec::with_capacity(runs.len()),
-            wakes: Vec::with_capacity(runs.len()),
-            begun_late: 0,
-        };
-        let mut without = Vec::new();
-        let (mut next, mut free) = (0, f64::NEG_INFINITY);
+        let mut costs: Vec<f64> = runs.iter().map(|run| run.end - run.start).collect();
+        costs.sort_by(f64::total_cmp);
+        let at = |share: usize| costs.get(costs.len() * share / 100).copied();
+        let usual = at(50).unwrap_or(0.0).max(0.0);
+        let may_last = at(98).unwrap_or(0.0) > 0.6 * grid.period;
+        let mut ticks = Self::default();
+        let (mut number, mut free) = (-1.0, f64::NEG_INFINITY);
         for run in runs {
-            for number in next..run.number.min(MOST) {
-                // A tick within a run does not start.
-                if offset + number as f64 * period >= free {
-                    without.push(ticks.takes.len());
-                    ticks.takes.push(0.0);
-                    ticks.wakes.push(0.0);
+            let (arrived, replaced) = run.reads;
+            let from = if may_last {
+                arrived.min(run.start)
+            } else {
+                run.start
+            };
+            loop {
+                let next = grid.next(number, free);
+                let due = grid.due(next);
+                let (mut start, mut late) = (due.max(free), 0.0);
+                if grid.is_late {
+                    (start, late) = (due + run.late, run.late);
                 }
+                if start >= run.end || ticks.takes.len() >= MOST {
+                    // There is no tick for this output.
+                    break;
+                }
+                number = next;
+                if start + 1.0 + grid.early < from {
+                    // A tick without an output.
+                    free = (start + usual).min(run.start);
+                    ticks.push(free - start, 0.0);
+                    continue;
+                }
+                if (0.0..=grid.early).contains(&(arrived - start)) {
+                    // Constant costs are their mean: that may deliver it a little later.
+                    start = arrived + 0.02e6;
+                    late = start - due;
+                }
+                if start > replaced + 1.0 {
+                    ticks.too_new.push(start - replaced);
+                }
+                free = run.end;
+                ticks.push(free - start, late);
+                break;
             }
-            // A tick has one output: another one is of the next tick.
-            let number = run.number.max(next);
-            let due = offset + number as f64 * period + run.late;
-            ticks.begun_late += usize::from(free > due + 1.0 && run.late == 0.0);
-            ticks.takes.push((run.end - due.max(free)).max(0.0) / 1e6);
-            ticks.wakes.push(run.late / 1e6);
-            (next, free) = (number + 1, run.end);
-        }
-        let mut sorted = ticks.takes.clone();
-        sorted.sort_by(f64::total_cmp);
-        let known = &sorted[without.len().min(sorted.len())..];
-        let usual = known.get(known.len() / 2).copied().unwrap_or(0.0);
-        for place in without {
-            ticks.takes[place] = usual;
         }
         ticks
+    }
+
+    fn push(&mut self, takes: f64, late: f64) {
+        self.takes.push(takes.max(0.0) / 1e6);
+        self.wakes.push(late.max(0.0) / 1e6);
+    }
+
+    /// How much earlier ticks must be due so that nearly all of `count` outputs use what was the
+    /// newest; 0 if they do.
+    fn too_new(&mut self, grid: &TimerGrid, count: usize) -> f64 {
+        const SOME: usize = 200;
+        let longest = 0.25 * grid.period;
+        self.too_new.retain(|by| *by < longest);
+        self.too_new.sort_by(f64::total_cmp);
+        let by = self.too_new.get(self.too_new.len() * 95 / 100);
+        let is_needed = !grid.is_late && self.too_new.len() * SOME > count;
+        by.filter(|_| is_needed).copied().unwrap_or(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ticks_of_a_timer_make_the_outputs_in_the_bag() {
+        // Start, from when to when its input was the newest, and end of each run (ms).
+        type RunMs = (f64, (f64, f64), f64);
+        let ticks = |runs: &[RunMs], is_queue: bool| {
+            let run = |(start, (arrived, replaced), end): &RunMs| TimerRun {
+                tick: start * 1e6,
+                late: 0.0,
+                start: start * 1e6,
+                reads: (arrived * 1e6, replaced * 1e6),
+                end: end * 1e6,
+            };
+            let runs: Vec<TimerRun> = runs.iter().map(run).collect();
+            let grid = TimerGrid {
+                origin: 0.0,
+                period: 100e6,
+                is_queue,
+                is_late: false,
+                early: 0.0,
+            };
+            TimerTicks::new(&runs, grid).takes
+        };
+        let each = [(0.0, (-9.0, 91.0), 30.0), (100.0, (91.0, 191.0), 140.0)];
+        assert_eq!(ticks(&each, false), [30.0, 40.0]);
+        // A tick between two outputs takes what is usual.
+        let some = [(0.0, (-9.0, 150.0), 30.0), (200.0, (150.0, 350.0), 230.0)];
+        assert_eq!(ticks(&some, false), [30.0, 30.0, 30.0]);
+        // A run longer than a period is one run, if its input came before it.
+        let long = [
+            (0.0, (-9.0, 90.0), 70.0),
+            (200.0, (91.0, 500.0), 240.0),
+            (300.0, (291.0, 400.0), 390.0),
+        ];
+        assert_eq!(ticks(&long, false), [70.0, 140.0, 90.0]);
+        // A due time waits for the run before, or is skipped.
+        let busy = [
+            (0.0, (-9.0, 90.0), 130.0),
+            (130.0, (95.0, 170.0), 180.0),
+            (200.0, (195.0, 300.0), 290.0),
+        ];
+        assert_eq!(ticks(&busy, true), [130.0, 50.0, 90.0]);
+        // What ends before its tick could begin has none.
+        let early = [(0.0, (-9.0, 90.0), 130.0), (130.0, (95.0, 170.0), 180.0)];
+        assert_eq!(ticks(&early, false), [130.0]);
     }
 }

@@ -78,14 +78,31 @@ impl GraphSheet {
         self.sources.iter().any(|known| known == name)
     }
 
+    /// Writes the knobs, each at its time.
+    fn events(&mut self) {
+        let mut knobs = std::mem::take(&mut self.knobs);
+        knobs.sort_by(|one, other| one.0.total_cmp(&other.0));
+        let timed: Vec<(String, String)> = knobs
+            .into_iter()
+            .map(|(ms, knob)| (number(ms / 1e3), quoted(&knob)))
+            .collect();
+        if !timed.is_empty() {
+            self.line("\n[at]   # seconds: when the bag had nothing of a sensor");
+        }
+        for of_time in timed.chunk_by(|one, other| one.0 == other.0) {
+            let knobs: Vec<&str> = of_time.iter().map(|(_, knob)| &**knob).collect();
+            let knobs = match knobs[..] {
+                [only] => only.to_owned(),
+                _ => format!("[{}]", knobs.join(", ")),
+            };
+            self.line(&format!("\"{}\" = {knobs}", of_time[0].0));
+        }
+    }
+
     /// What was written of a bag that ends after `seconds`.
     pub fn finish(mut self, seconds: f64) -> GraphOfBag {
-        self.knobs.sort_by(|one, other| one.0.total_cmp(&other.0));
-        let knobs = self.knobs.iter();
+        self.events();
         GraphOfBag {
-            knobs: knobs
-                .map(|(ms, knob)| format!("{} {knob}\n", number(ms / 1e3)))
-                .collect(),
             seconds: (seconds * 1e3).ceil() / 1e3,
             text: self.text,
             tables: self.tables,

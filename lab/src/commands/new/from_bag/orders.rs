@@ -1,0 +1,131 @@
+//! The order in which nodes of one thread register, which no bag shows: all are run.
+
+use std::{sync::Arc, time::Duration};
+
+use ratelab::{ClockKind, Time, millis};
+use ratelab_bag::{Analysis, Kind};
+use ratelab_experiment::{Config, Experiment};
+use ratelab_system::{System, graph_file::GraphFile, measured::loaded};
+
+use super::{GraphOfBag, sheet::ValueTable};
+
+/// The most nodes of a thread whose orders are run.
+const MOST: usize = 4;
+
+/// The nodes of a thread as they register, by topic.
+#[derive(Clone)]
+pub struct ThreadOrder {
+    /// The kind of executor.
+    pub kind: &'static str,
+    /// The topics of its nodes.
+    pub topics: Vec<usize>,
+}
+
+/// Of the graphs that `graph` writes the one whose ages are nearest to those of the bag.
+pub fn nearest(analysis: &Analysis, graph: impl Fn(&[ThreadOrder]) -> GraphOfBag) -> GraphOfBag {
+    let mut orders: Vec<ThreadOrder> = analysis
+        .shared
+        .iter()
+        .map(|topics| usual(analysis, topics))
+        .collect();
+    let mut best = graph(&orders);
+    let mut least = difference(analysis, &best);
+    for thread in 0..orders.len() {
+        for order in others(&orders[thread]) {
+            let known = std::mem::replace(&mut orders[thread], order);
+            let found = graph(&orders);
+            let far = difference(analysis, &found);
+            if far < least {
+                (best, least) = (found, far);
+            } else {
+                orders[thread] = known;
+            }
+        }
+    }
+    best
+}
+
+/// Timers first, as rclcpp looks for them.
+fn usual(analysis: &Analysis, topics: &[usize]) -> ThreadOrder {
+    let is_timer = |topic: &usize| {
+        let node = analysis.node(*topic);
+        node.is_some_and(|node| node.kind == Kind::Timer)
+    };
+    let (timers, others): (Vec<usize>, Vec<usize>) = topics.iter().partition(|of| is_timer(of));
+    ThreadOrder {
+        kind: "single",
+        topics: [timers, others].concat(),
+    }
+}
+
+/// All other orders, and an executor that follows the order of events.
+fn others(first: &ThreadOrder) -> Vec<ThreadOrder> {
+    if first.topics.len() > MOST {
+        return Vec::new();
+    }
+    let single = |topics| ThreadOrder {
+        kind: "single",
+        topics,
+    };
+    let events = ThreadOrder {
+        kind: "events",
+        topics: first.topics.clone(),
+    };
+    let orders = permutations(&first.topics).into_iter().skip(1);
+    orders.map(single).chain([events]).collect()
+}
+
+fn permutations(of: &[usize]) -> Vec<Vec<usize>> {
+    if of.is_empty() {
+        return vec![Vec::new()];
+    }
+    let firsts = of.iter().enumerate();
+    let all = firsts.flat_map(|(place, first)| {
+        let rest = [&of[..place], &of[place + 1..]].concat();
+        let rests = permutations(&rest).into_iter();
+        rests.map(|rest| [vec![*first], rest].concat())
+    });
+    all.collect()
+}
+
+/// How far the mean ages of the graph are from those of the bag; infinite if it does not run.
+fn difference(analysis: &Analysis, graph: &GraphOfBag) -> f64 {
+    if analysis.shared.is_empty() {
+        return 0.0;
+    }
+    differences(graph).map_or(f64::INFINITY, |all| all.iter().sum())
+}
+
+/// How far the mean age of each chain is from that of the bag.
+fn differences(graph: &GraphOfBag) -> Option<Vec<f64>> {
+    let column = |file: &str| {
+        let name = file.rsplit('/').next().unwrap_or(file);
+        let table = graph.tables.iter().find(|table| table.file == name);
+        table.map(durations)
+    };
+    let file = GraphFile::parse(&graph.text).ok()?;
+    let file = file.map_settings(|knob| {
+        loaded(knob, |_, measured| {
+            column(measured.file()).ok_or_else(|| "no such table".to_owned())
+        })
+    });
+    let system = Arc::new(file.ok()?.system(&[]).ok()?);
+    let config = Config {
+        clock: ClockKind::Virtual,
+        end: Time::from_secs_f64(graph.seconds).ok()?,
+        knobs: system.about().events.to_vec(),
+        ..Config::default()
+    };
+    let summary = Experiment::new(system.clone(), &config).ok()?.run().ok()?;
+    let far = system.about().chains.iter().filter_map(|chain| {
+        let found = chain.mean_ms(summary.sim_time, &summary.chains)?;
+        Some((found / chain.bag.as_ref()?.mean_ms).ln().abs())
+    });
+    Some(far.collect())
+}
+
+/// The durations in a table.
+fn durations(table: &ValueTable) -> Vec<Duration> {
+    let lines = table.text.lines().skip(1);
+    lines.filter_map(|line| millis::parse(line).ok()).collect()
+}
