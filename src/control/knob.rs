@@ -81,6 +81,14 @@ macro_rules! knobs {
                 }
             }
 
+            /// Whether the knob belongs to a topic; otherwise it belongs to a node.
+            pub fn is_of_topic(self) -> bool {
+                let target = match self {
+                    $(Self::$name => stringify!($target),)+
+                };
+                target == "topic"
+            }
+
             /// For each part of its value whether it may contain spaces.
             fn parts(self) -> &'static [bool] {
                 match self {
@@ -305,11 +313,6 @@ impl KnobKind {
         self.is_time() && self.takes_words()
     }
 
-    /// Whether the knob belongs to a topic; otherwise it belongs to a node.
-    pub fn is_of_topic(self) -> bool {
-        self.word(1) == "TOPIC"
-    }
-
     /// Whether the schedule of a node obeys it; the others are of a topic, or the node itself obeys
     /// them.
     pub fn is_of_schedule(self) -> bool {
@@ -318,7 +321,7 @@ impl KnobKind {
 
     /// Whether the knob is an event, without a value.
     pub fn has_no_value(self) -> bool {
-        self.value_name().is_empty()
+        self.parts().is_empty()
     }
 
     /// Returns the knob of this kind for `target`, set to `value`: a node, a topic, or
