@@ -100,12 +100,12 @@ pub struct CommandLines {
     /// Where the run listens.
     address: String,
     /// The name of the system without a graph file.
-    built_in: &'static str,
+    built_in: String,
 }
 
 impl CommandLines {
     /// Creates the command lines for the run at `address`.
-    pub fn new(address: &str, built_in: &'static str) -> Self {
+    pub fn new(address: &str, built_in: &str) -> Self {
         let (file, with, _) = take_graph_file(env::args_os());
         let file = file.map(|file| file.display().to_string());
         let with = with
@@ -114,7 +114,7 @@ impl CommandLines {
         Self {
             graph: file.into_iter().chain(with).collect(),
             address: address.to_owned(),
-            built_in,
+            built_in: built_in.to_owned(),
         }
     }
 }
