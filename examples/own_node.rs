@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         output: wiring.publisher(&smooth),
         value: 2.0,
     })?;
-    let (observer, end) = (Observer::of(&graph), Time::from_secs_f64(1.0)?);
+    let (observer, end) = (Observer::new(&graph), Time::from_secs_f64(1.0)?);
     VirtualClock.run(&mut graph, &mut Inbox::default(), end)?;
 
     for topic in observer.snapshot().topics {

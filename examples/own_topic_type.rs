@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     })?;
     // A tap copies every message, whether or not a node reads it.
-    let log = TapHandle::of(&graph).topic(&wheels, 16);
+    let log = TapHandle::new(&graph).topic(&wheels, 16);
     let end = Time::from_secs_f64(1.0)?;
     VirtualClock.run(&mut graph, &mut Inbox::default(), end)?;
 

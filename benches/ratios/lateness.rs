@@ -51,7 +51,7 @@ fn node(hz: u32, stretch: Duration) -> Vec<u64> {
     graph
         .node("node", rate, 0, |_| |_: &mut Tick| {})
         .expect("one node");
-    let (observer, inbox) = (Observer::of(&graph), &mut Inbox::default());
+    let (observer, inbox) = (Observer::new(&graph), &mut Inbox::default());
     let run = RealClock::default().run(&mut graph, inbox, Time::ZERO + stretch);
     run.expect("no node fails");
     let snapshot = observer.snapshot();

@@ -209,7 +209,7 @@ fn sweep(table: &mut Table) {
     let seeds = SWEPT * cores as u64;
     let sweep = Sweep {
         seeds: (0..seeds).collect(),
-        ..Sweep::of(cart_pole(), Config::default())
+        ..Sweep::new(cart_pole(), Config::default())
     };
     let swept = || {
         let whole = time(|| {

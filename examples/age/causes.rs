@@ -112,11 +112,11 @@ pub fn sweep(
         base.setup.extend(CartPole::KNOBS.parse(knob)?);
     }
     let axes = cause.axes.iter().map(|(knob, values)| {
-        SweepAxis::of(CartPole::KNOBS, knob, values.split(' ').map(str::to_owned))
+        SweepAxis::from_texts(CartPole::KNOBS, knob, values.split(' ').map(str::to_owned))
     });
     Ok(Sweep {
         axes: axes.collect::<Result<_, _>>()?,
         seeds: (0..seeds).collect(),
-        ..Sweep::of(system.clone(), base)
+        ..Sweep::new(system.clone(), base)
     })
 }

@@ -245,7 +245,7 @@ fn signal(recording: &Recording, system: &dyn System) -> Value {
         return Value::Null;
     };
     let steps: Vec<(&Head, &[f64])> = rows.iter().collect();
-    let values = thinned(&steps).map(|(_, row)| short(signal.value.of(row)));
+    let values = thinned(&steps).map(|(_, row)| short(signal.value.compute(row)));
     json!({
         "name": signal.name,
         "unit": signal.unit,

@@ -338,7 +338,7 @@ fn a_tick_that_a_crash_cuts_off_has_its_number_and_its_reads() {
     };
     let added = graph.restartable_node("detector", hz(10.0), 1, build, None);
     added.expect("a node");
-    let ticks = TapHandle::of(&graph).ticks(ROOM);
+    let ticks = TapHandle::new(&graph).ticks(ROOM);
     run_virtual(
         &mut graph,
         "0 takes detector 30; 0.75 restart detector",

@@ -41,7 +41,7 @@ fn timed_commands_take_effect_before_what_is_due_then() {
     ) {
         let (topic, mut graph) = (Topic::new("/said", Depth::ONE), Graph::new());
         talker(&mut graph, "a", 10.0, 0, &topic, Some);
-        let (subscription, tap) = (topic.subscribe(), TapHandle::of(&graph).topic(&topic, 100));
+        let (subscription, tap) = (topic.subscribe(), TapHandle::new(&graph).topic(&topic, 100));
         let until = secs(until.parse().expect(&case));
         let exit = run_virtual(&mut graph, &commands, until);
         let said: Vec<Time> = tapped(&tap).iter().map(|message| message.data).collect();
@@ -137,7 +137,7 @@ fn a_command_that_cannot_be_obeyed_is_refused_with_the_reason() {
 fn a_paused_run_stands_still_until_it_is_resumed() {
     let (log, mut graph) = metronome();
     let (commander, mut inbox) = Inbox::new(timed("0 pause"));
-    let (observer, paused) = (Observer::of(&graph), log.clone());
+    let (observer, paused) = (Observer::new(&graph), log.clone());
     thread::scope(|scope| {
         scope.spawn(move || {
             while !observer.snapshot().status.paused {

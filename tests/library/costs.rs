@@ -95,7 +95,7 @@ fn the_costs_of_a_file_come_in_its_order_again_and_again_or_are_drawn() {
     let column = [ms(30), ms(10), ms(20)];
     let costs = |clock: &mut dyn Clock, at: &str, takes: &str| {
         let (mut graph, topic) = beacon(10.0);
-        let tap = TapHandle::of(&graph).topic(&topic, 1_000);
+        let tap = TapHandle::new(&graph).topic(&topic, 1_000);
         let at = Time::from_secs_f64(at.parse().expect("seconds")).expect("a time");
         let command = loaded(takes, &column).expect("loaded").into();
         let (_, mut inbox) = Inbox::new(vec![TimedCommand { at, command }]);
@@ -160,7 +160,7 @@ fn messages(
     commands: &str,
     until: u64,
 ) -> Vec<Message<Time>> {
-    let tap = TapHandle::of(graph).topic(topic, 1_000);
+    let tap = TapHandle::new(graph).topic(topic, 1_000);
     run_timed(clock, graph, commands, at_ms(until));
     tapped(&tap)
 }
@@ -254,7 +254,7 @@ fn nothing_is_released_after_the_end() {
 fn a_single_step_is_a_tick_and_no_end_of_one() {
     let (mut graph, _) = beacon(100.0);
     worker(&mut graph, "other", 100.0, 1, |_: &mut Tick| {});
-    let observer = Observer::of(&graph);
+    let observer = Observer::new(&graph);
     let (live, mut inbox) = Inbox::new(Vec::new());
     for text in ["pause", "takes beacon 5", "step", "step", "step"] {
         live.send(command(text)).expect("open");

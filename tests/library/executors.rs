@@ -135,7 +135,7 @@ impl Bench {
 
     /// The ticks of each node that begin by run time `until` (ms).
     fn tick_taps(mut self, until: f64) -> Vec<Tap<TickRecord>> {
-        let taps = TapHandle::of(&self.graph).ticks(4096);
+        let taps = TapHandle::new(&self.graph).ticks(4096);
         let end = Time::from_nanos((until * 1e6) as u64);
         run_virtual(&mut self.graph, &at_once(&self.knobs.join(";")), end);
         taps

@@ -15,7 +15,7 @@ fn a_graph_that_is_handed_over_and_back_continues_where_it_was() {
             Some((name, now))
         });
     }
-    let tap = TapHandle::of(&graph).topic(&topic, 1_000);
+    let tap = TapHandle::new(&graph).topic(&topic, 1_000);
     let (_, mut inbox) = Inbox::new(timed("0.5 real; 0.6 virtual"));
     let (virtual_first, real) = (ClockKind::Virtual, &mut RealClock::default());
     let exit = ratelab::run(&mut graph, &mut inbox, secs(2.0), virtual_first, real);

@@ -137,14 +137,14 @@ fn built(plan: &Plan, seed: u64) -> (Graph, Vec<Topic<Chain>>, Applied) {
 /// The lineage of a second of a plan, what was applied, and its mean age (s).
 fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, Option<f64>) {
     let (mut graph, topics, applied) = built(plan, seed);
-    let taps = TapHandle::of(&graph);
+    let taps = TapHandle::new(&graph);
     let ticks = taps.ticks(ROOM);
     let messages: Vec<_> = topics.iter().map(|topic| taps.topic(topic, ROOM)).collect();
     let mut lineage = Lineage::new(graph.topology(), &[]);
     let commands = plan.knobs.iter();
     let commands = commands.map(|(ms, text)| format!("{} {text}; ", *ms as f64 / 1e3));
     run_virtual(&mut graph, &commands.collect::<String>(), secs(1.0));
-    let observer = Observer::of(&graph);
+    let observer = Observer::new(&graph);
     let events = observer.events(0);
     events.iter().for_each(|event| lineage.event(event));
     let topology = observer.topology();

@@ -19,7 +19,7 @@ fn bench(read_hz: f64, knobs: &str) -> Delivered {
     graph.set_seed(7);
     talker(&mut graph, "talker", 50.0, 0, &topic, |_| Some(()));
     let read = reader(&mut graph, "reader", read_hz, 1, &topic);
-    let tap = TapHandle::of(&graph).topic(&topic, 1_000);
+    let tap = TapHandle::new(&graph).topic(&topic, 1_000);
     run_virtual(&mut graph, &at_once(knobs), secs(3.0));
     let arrivals = tap.items().try_iter().map(|tapped| tapped.head.arrives);
     let read = read.try_iter().map(|(now, message)| (now, message.seq));
@@ -190,7 +190,7 @@ fn a_tap_holds_every_message_with_its_arrival() {
     let (mut graph, topic) = (Graph::new(), Topic::new("/test", depth(1)));
     talker(&mut graph, "talker", 50.0, 0, &topic, |_| Some(()));
     reader(&mut graph, "reader", 1.0, 1, &topic);
-    let tap = TapHandle::of(&graph).topic(&topic, 10);
+    let tap = TapHandle::new(&graph).topic(&topic, 10);
     let links = "0.01 link /test delay:30; 0.01 lose /test 2; 0.05 link /test none";
     run_virtual(&mut graph, links, secs(0.06));
     let arrives = |millis| Some(at_ms(millis));

@@ -108,7 +108,7 @@ fn sets_of_a_sender(
         let callbacks = ["sync", "load"].map(|name| Callback::new(name).with_deadline(ms(20)));
         graph.executor(executor, callbacks).expect("nodes");
     }
-    let taps = TapHandle::of(&graph).ticks(4096);
+    let taps = TapHandle::new(&graph).ticks(4096);
     run_timed(clock, &mut graph, &at_once(knobs), at_ms(300));
     let dues = taps[1].items().try_iter().map(|tick| tick.due()).collect();
     let sent = sent.lock().expect("no panic").clone();

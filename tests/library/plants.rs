@@ -394,6 +394,9 @@ fn numbers_of_a_robot_have_names_and_units() {
     assert_eq!(names, ["slider m", "low rad", "high rad", "control 1 "]);
     assert_eq!(signals[1].limits, Some([-0.5, 0.5]));
     let row = [0.25, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
-    let values: Vec<f64> = signals.iter().map(|signal| signal.value.of(&row)).collect();
+    let values: Vec<f64> = signals
+        .iter()
+        .map(|signal| signal.value.compute(&row))
+        .collect();
     assert_eq!(values, [1.0, 2.0, 3.0, 0.25]);
 }

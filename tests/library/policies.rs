@@ -230,7 +230,7 @@ fn the_regulator_and_every_policy_in_policies_balance_every_start() {
         let base = config(&format!("policy {spec}; chunk {chunk}"));
         let sweep = Sweep {
             seeds: (0..100).collect(),
-            ..Sweep::of(cart_pole(), base)
+            ..Sweep::new(cart_pole(), base)
         };
         let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()));
         let held = swept

@@ -30,7 +30,7 @@ fn adders(name: &str) -> (Graph, Arc<Shared<u64>>, Topic<u64>) {
 fn run_on(clock: &mut dyn Clock, graph: &mut Graph, commands: &str, seconds: f64) -> Observer {
     RunLog::attach(&graph.state());
     run_timed(clock, graph, commands, secs(seconds));
-    Observer::of(graph)
+    Observer::new(graph)
 }
 
 fn run_really(graph: &mut Graph, seconds: f64) -> Observer {
@@ -231,7 +231,7 @@ fn a_branch_leaves_no_tick_of_an_executor_half_done() {
     for rest in rests {
         let began = Arc::default();
         let mut again = counted_threads(&began);
-        let taps = TapHandle::of(&again).ticks(ROOM);
+        let taps = TapHandle::new(&again).ticks(ROOM);
         let mut re_execution = re_execution_of(&observer);
         re_execution.branch(rest, Vec::new());
         let inbox = &mut Inbox::default();
@@ -312,7 +312,7 @@ fn a_command_for_a_node_beside_one_in_a_tick_does_not_hang_the_run_that_comes_ba
     RunLog::attach(&first.state());
     let exit = RealClock::default().run(&mut first, &mut inbox, end);
     exit.expect("a run");
-    let observer = Observer::of(&first);
+    let observer = Observer::new(&first);
     for _ in 0..5 {
         let mut re_execution = re_execution_of(&observer);
         let (sender, ended) = crossbeam_channel::bounded(1);

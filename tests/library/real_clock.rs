@@ -19,7 +19,7 @@ fn run_watched(
     person: impl FnOnce(Sender<Command>, Observer) + Send,
 ) -> ClockExit {
     let (commander, mut inbox) = Inbox::new(Vec::new());
-    let observer = Observer::of(graph);
+    let observer = Observer::new(graph);
     thread::scope(|scope| {
         scope.spawn(|| person(commander, observer));
         let real = &mut RealClock::default();
@@ -65,7 +65,7 @@ fn a_node_that_overruns_skips_the_periods_it_missed_and_counts_them() {
     worker(&mut graph, "slow", 50.0, 0, |_: &mut Tick| {
         thread::sleep(BUSY);
     });
-    let taps = TapHandle::of(&graph).ticks(ROOM);
+    let taps = TapHandle::new(&graph).ticks(ROOM);
     assert_eq!(run_real(&mut graph, "", until), ClockExit::Completed);
     let (node, ticks) = (&snapshot(&graph).nodes[0], taps[0].items().try_iter());
     let (grid, ticks) = (grid(node.hz, until), ticks.collect::<Vec<_>>());
@@ -173,7 +173,7 @@ fn a_full_tap_loses_and_counts_and_blocks_no_node() {
         left -= 1;
         (left >= 0).then_some(())
     });
-    let (taps, all) = (TapHandle::of(&graph), topic.clone());
+    let (taps, all) = (TapHandle::new(&graph), topic.clone());
     let tap = taps.topic(&topic, 4);
     // One that nobody holds any more.
     drop(taps.topic(&topic, 1));

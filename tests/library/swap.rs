@@ -168,7 +168,7 @@ fn a_sweep_reads_the_file_of_a_policy_once_before_its_first_run() {
     let sweep = Sweep {
         axes: vec![policies.expect("an axis")],
         seeds: (0..3).collect(),
-        ..Sweep::of(cart_pole(), config)
+        ..Sweep::new(cart_pole(), config)
     };
     let swept = sweep.run(NonZeroUsize::MIN, |_, _| {
         for file in [&base, &listed] {

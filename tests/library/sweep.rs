@@ -23,7 +23,7 @@ fn cliff() -> Sweep {
 
 /// A sweep with the single run `config`.
 fn of(config: Config) -> Sweep {
-    Sweep::of(cart_pole(), config)
+    Sweep::new(cart_pole(), config)
 }
 
 /// Knobs of the cart-pole with their values.

@@ -110,7 +110,7 @@ fn the_snapshot_of_a_finished_run_is_its_summary() {
 fn a_replay_ends_at_the_end_of_the_run_even_after_a_later_tick() {
     let mut graph = Graph::new();
     worker(&mut graph, "late", 50.0, 0, |_: &mut Tick| {});
-    let observer = Observer::of(&graph);
+    let observer = Observer::new(&graph);
     let mut replay = ReplayAccounts::new(&observer.topology(), observer.status());
     let late = TickRecord {
         number: 50,
@@ -152,7 +152,7 @@ fn neither_taps_nor_an_observer_change_a_run() {
 fn fifty_hertz(end: f64, now: f64) -> f64 {
     let (mut graph, topic) = (Graph::new(), Topic::new("/steady", Depth::ONE));
     talker(&mut graph, "steady", 50.0, 0, &topic, |_| None);
-    let (observer, publisher) = (Observer::of(&graph), topic.publisher());
+    let (observer, publisher) = (Observer::new(&graph), topic.publisher());
     for message in 0..(end * 50.0) as u64 {
         Tick::at(Time::from_nanos(message * 20_000_000)).publish(&publisher, ());
     }

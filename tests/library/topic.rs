@@ -12,7 +12,7 @@ fn a_full_tap_has_virtual_time_wait_and_loses_nothing() {
     talker(&mut graph, "talker", 1_000.0, 0, &topic, move |now| {
         Some(millis(now))
     });
-    let tap = TapHandle::of(&graph).topic(&topic, 1);
+    let tap = TapHandle::new(&graph).topic(&topic, 1);
     let got = thread::scope(|scope| {
         let items = tap.items().iter().take(MESSAGES as usize);
         let reader = scope.spawn(|| items.map(|tapped| tapped.message).collect::<Vec<_>>());

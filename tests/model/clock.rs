@@ -80,7 +80,7 @@ impl Trio {
     /// Runs under the real clock while another thread sends `commands`, and checks what must hold
     /// in any order.
     fn run(&mut self, commands: &'static str, until: Time) -> Result<ClockExit, Fault> {
-        let taps = TapHandle::of(&self.graph);
+        let taps = TapHandle::new(&self.graph);
         let taps: Vec<_> = self
             .topics
             .iter()

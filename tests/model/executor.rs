@@ -152,7 +152,7 @@ fn a_message_wakes_a_thread_that_waits_for_nothing_else() {
 
 /// Every tick of every node of a run.
 fn ticks(graph: &mut Graph, clock: &mut dyn Clock) -> Vec<Vec<TickRecord>> {
-    let taps = TapHandle::of(graph).ticks(1_000);
+    let taps = TapHandle::new(graph).ticks(1_000);
     RunLog::attach(&graph.state());
     assert_eq!(run_timed(clock, graph, "", UNTIL), ClockExit::Completed);
     let ticks = taps.iter().map(|tap| tap.items().try_iter().collect());
@@ -164,7 +164,7 @@ fn the_ticks_of_its_threads_come_back_with_their_overruns_in_every_schedule() {
     executors(|executor| {
         let mut first = graph(executor);
         let recorded = ticks(&mut first, &mut RealClock::default());
-        let mut re_execution = re_execution_of(&Observer::of(&first));
+        let mut re_execution = re_execution_of(&Observer::new(&first));
         let again = ticks(&mut graph(executor), &mut re_execution);
         assert_eq!(re_execution.difference(), None);
         assert_eq!(again, recorded);

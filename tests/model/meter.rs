@@ -15,7 +15,7 @@ fn check_meter(samples: u64, reads: usize) {
         |_: &mut Tick| {}
     });
     node.expect("a node");
-    let (observer, mut meter) = (Observer::of(&graph), meter.expect("a meter"));
+    let (observer, mut meter) = (Observer::new(&graph), meter.expect("a meter"));
     let reading = observer.clone();
     let read = |observer: &Observer| {
         let snapshot = observer.snapshot();

@@ -52,7 +52,7 @@ fn graph() -> (Graph, Topic<u64>) {
 /// Every message, and the losses of the reader.
 fn run(clock: &mut dyn Clock, commands: &str) -> (Graph, Vec<(u64, u64, Time)>, u64) {
     let (mut graph, topic) = graph();
-    let tap = TapHandle::of(&graph).topic(&topic, 1_000);
+    let tap = TapHandle::new(&graph).topic(&topic, 1_000);
     RunLog::attach(&graph.state());
     run_timed(clock, &mut graph, commands, Time::from_nanos(60_000_000));
     let messages = tap.items().try_iter();
@@ -67,7 +67,7 @@ fn comes_back(perturb: bool) {
         let commands = "0.02 rate a 80; 0.02 depth /sum 1";
         let (first, messages, dropped) = run(&mut RealClock::default(), commands);
         let state = first.state();
-        let mut re_execution = re_execution_of(&Observer::of(&first));
+        let mut re_execution = re_execution_of(&Observer::new(&first));
         if perturb {
             re_execution.perturb();
         }
@@ -93,7 +93,7 @@ fn an_overlap_that_is_held_does_no_operation_before_it_is_allowed_in_every_sched
     static OVERLAPS: AtomicUsize = AtomicUsize::new(0);
     explore(SOME, || {
         let (first, messages, _) = run(&mut RealClock::default(), "");
-        let mut re_execution = re_execution_of(&Observer::of(&first));
+        let mut re_execution = re_execution_of(&Observer::new(&first));
         let Some(last) = re_execution.overlaps().len().checked_sub(1) else {
             return;
         };

@@ -81,7 +81,7 @@ fn two_publishers_share_one_history_without_gaps() {
         let (topic, mut graph) = (Topic::new("/test", depth(1)), Graph::new());
         let idle = topic.subscribe();
         talker(&mut graph, "talker", 1.0, 0, &topic, |_| None);
-        let tap = TapHandle::of(&graph).topic(&topic, 100);
+        let tap = TapHandle::new(&graph).topic(&topic, 100);
         let publishers = [0, 1].map(|_| {
             let publisher = topic.publisher();
             thread::spawn(move || (0..3).for_each(|_| Tick::at(Time::ZERO).publish(&publisher, ())))

@@ -153,7 +153,7 @@ pub fn seqs<T>(tap: &Tap<TapMessage<T>>) -> Vec<u64> {
 
 /// The figures of `graph`.
 pub fn snapshot(graph: &Graph) -> Snapshot {
-    Observer::of(graph).snapshot()
+    Observer::new(graph).snapshot()
 }
 
 /// The events of `graph` so far, as text.
@@ -191,7 +191,7 @@ pub fn run_timed(
     until: Time,
 ) -> ClockExit {
     let (_, mut inbox) = Inbox::new(timed(commands));
-    Observer::of(graph);
+    Observer::new(graph);
     clock.run(graph, &mut inbox, until).expect("no fault")
 }
 

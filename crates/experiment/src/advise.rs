@@ -106,10 +106,13 @@ pub fn changes(
         matches!(aim, Aim::Age(_)) && readers.any(|reader| nodes.contains(reader))
     };
     let topics = (0..topology.topics.len()).filter(reads);
-    let of_topics = topics.flat_map(|topic| graph.of_topic(topic));
-    let of_nodes = nodes.iter().flat_map(|node| graph.of_node(*node));
-    let of_clock = graph.file.iter().flat_map(GraphFile::clock_changes);
-    let of_clock = of_clock.map(AgeChange::in_file);
+    let of_topics = topics.flat_map(|topic| graph.topic_changes(topic));
+    let of_nodes = nodes.iter().flat_map(|node| graph.node_changes(*node));
+    let of_clock = graph
+        .file
+        .iter()
+        .flat_map(GraphFile::clock_changes)
+        .map(AgeChange::in_file);
     let mut changes: Vec<AgeChange> = Vec::new();
     for change in of_clock.chain(of_topics).chain(of_nodes) {
         if !changes.contains(&change) {
@@ -150,15 +153,14 @@ impl Candidates<'_> {
     /// The nodes with these names, and all nodes in their executors.
     fn beside(&self, names: &[&str]) -> Vec<usize> {
         let named = |name: &str| names.contains(&name);
-        let nodes = self.topology.nodes.iter().enumerate();
-        let nodes = nodes.filter(|(_, node)| {
+        let nodes = self.topology.nodes.iter().enumerate().filter(|(_, node)| {
             let file = self.file.as_ref();
             named(&node.name) || file.is_some_and(|file| file.shares(&node.name, named))
         });
         nodes.map(|(index, _)| index).collect()
     }
 
-    fn of_topic(&self, topic: usize) -> Vec<AgeChange> {
+    fn topic_changes(&self, topic: usize) -> Vec<AgeChange> {
         let topic = &self.topology.topics[topic];
         let mut changes = Vec::new();
         let mine = self.setup.iter().filter(|knob| knob.target() == topic.name);
@@ -177,7 +179,7 @@ impl Candidates<'_> {
         knobs(&topic.name, changes)
     }
 
-    fn of_node(&self, index: usize) -> Vec<AgeChange> {
+    fn node_changes(&self, index: usize) -> Vec<AgeChange> {
         let node = &self.topology.nodes[index];
         let mut changes = Vec::new();
         if node.triggers.is_empty() {
@@ -199,8 +201,10 @@ impl Candidates<'_> {
             }
         }
         let mut changes = knobs(&node.name, changes);
-        let of_file = self.file.iter();
-        let of_file = of_file.flat_map(|file| file.changes_of(&node.name));
+        let of_file = self
+            .file
+            .iter()
+            .flat_map(|file| file.changes_of(&node.name));
         changes.extend(of_file.map(AgeChange::in_file));
         changes
     }
@@ -210,8 +214,10 @@ impl Candidates<'_> {
     /// Other overrun policies of a node that ticks at a rate on a thread of its own.
     fn other_policies(&self, node: &NodeTopology) -> Vec<(&'static str, String)> {
         let timed = node.triggers.is_empty() && node.executor.is_none();
-        let known = self.setup.knob(KnobKind::Late, &node.name);
-        let known = known.map_or_else(|| Overrun::default().to_string(), |knob| knob.value());
+        let known = self
+            .setup
+            .knob(KnobKind::Late, &node.name)
+            .map_or_else(|| Overrun::default().to_string(), |knob| knob.value());
         let others = POLICIES
             .into_iter()
             .filter(|policy| timed && *policy != known);

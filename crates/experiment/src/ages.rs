@@ -79,8 +79,7 @@ impl RunAges {
         // One of a single node reads nothing.
         let ends = chains.iter().filter(|chain| !chain.topics().is_empty());
         // The push of a graph without a system in it is that of its first chain.
-        let acts = system.latency();
-        let acts = acts.filter(|(node, meter)| {
+        let acts = system.latency().filter(|(node, meter)| {
             let mut chains = chains.iter();
             !chains.any(|chain| (chain.last(), chain.name()) == (*node, *meter))
         });
@@ -102,12 +101,14 @@ impl RunAges {
             None if lineage.sources().count() > 1 => lineage.sources().collect(),
             _ => Vec::new(),
         };
-        let ways = pushes.iter().flat_map(|node| {
-            let sources = sources.iter().map(|source| Some(*source));
-            let sources = [None].into_iter().chain(sources);
-            sources.map(|source| AgeWay::for_push(*node, source))
-        });
-        let ways = ways.chain(ends);
+        let ways = pushes
+            .iter()
+            .flat_map(|node| {
+                let sources = sources.iter().map(|source| Some(*source));
+                let sources = [None].into_iter().chain(sources);
+                sources.map(|source| AgeWay::for_push(*node, source))
+            })
+            .chain(ends);
         Self {
             ways: ways.collect(),
             lineage,
@@ -151,8 +152,10 @@ impl RunAges {
             let mut acting = nodes.iter().filter(|node| node.push_age.saw().is_some());
             acting.any(|node| *node.name == *name)
         };
-        let ways = self.ways.iter();
-        let ways = ways.filter(|way| way.chain.is_some() || pushed(way.node));
+        let ways = self
+            .ways
+            .iter()
+            .filter(|way| way.chain.is_some() || pushed(way.node));
         let mut ages: Vec<RunAge> = Vec::new();
         for age in ways.filter_map(|way| way.age(topology)) {
             match ages.last_mut() {
@@ -225,8 +228,9 @@ impl RunAge {
     /// counts an age below zero as zero.
     #[must_use]
     pub(super) fn checked(self, measured: Option<f64>) -> Self {
-        let measured = measured.filter(|_| self.has_shares());
-        let measured = measured.map(|ms| (ms * 1e6).round() as i64);
+        let measured = measured
+            .filter(|_| self.has_shares())
+            .map(|ms| (ms * 1e6).round() as i64);
         match measured.filter(|ns| ns.abs_diff(self.mean_ns) > ROUNDING) {
             Some(ns) => Self {
                 parts: Vec::new(),

@@ -70,8 +70,9 @@ impl Config {
         };
         let with_followers = |timed: &TimedKnob| {
             let at = timed.at;
-            let followers = about.followers(&timed.knob);
-            let followers = followers.map(|knob| TimedKnob { at, knob });
+            let followers = about
+                .followers(&timed.knob)
+                .map(|knob| TimedKnob { at, knob });
             let new: Vec<TimedKnob> = followers.filter(|knob| !is_known(knob)).collect();
             [vec![timed.clone()], new].concat()
         };

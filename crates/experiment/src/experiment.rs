@@ -175,7 +175,7 @@ impl Experiment {
         let (commands, inbox) = Inbox::new(timed.collect());
         // From here on the graph is observed, and logged under the real clock.
         let taps = Taps {
-            tap_handle: TapHandle::of(&graph),
+            tap_handle: TapHandle::new(&graph),
             topics,
             tracker,
         };
@@ -231,7 +231,7 @@ impl Experiment {
 
     /// Reads the graph while it runs.
     pub fn observer(&self) -> Observer {
-        Observer::of(&self.graph)
+        Observer::new(&self.graph)
     }
 
     /// Taps the graph, before and during its run.
@@ -308,7 +308,7 @@ impl Experiment {
             state: state.unwrap_or_default(),
             chains: chains.unwrap_or_default(),
             cost: self.cost.and_then(|mean| lock(&mean).until(sim_time)),
-            ..Summary::of(&self.config, verdict)
+            ..Summary::new(&self.config, verdict)
         };
         let mut summary = summary.observed(system, &observer);
         let ages = self.ages;

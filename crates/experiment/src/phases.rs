@@ -36,8 +36,8 @@ impl Experiment {
     /// that ticks at a rate is due somewhere in its first period. The draws are those of
     /// `SEED phase NODE N`, in whole microseconds.
     pub fn phases(&self, count: usize) -> SweepAxis {
-        let nodes = self.graph.topology().nodes;
-        let nodes = nodes.iter().filter(|node| self.can_shift(node));
+        let topology = self.graph.topology();
+        let nodes = topology.nodes.iter().filter(|node| self.can_shift(node));
         let nodes: Vec<_> = nodes.collect();
         let value = |number: usize| {
             let drawn = |node: &&NodeTopology| {
@@ -71,11 +71,14 @@ impl Experiment {
         let chains = self.system.about().chains.iter();
         let hops = chains.map(|chain| (chain, self.hops(chain, &topology)));
         let hops: Vec<_> = hops.filter(|(_, hops)| !hops.is_empty()).collect();
-        let nodes = hops.iter().flat_map(|(_, hops)| hops);
-        let nodes = nodes.flat_map(|hop| [hop.from, hop.reader]);
+        let nodes = hops
+            .iter()
+            .flat_map(|(_, hops)| hops)
+            .flat_map(|hop| [hop.from, hop.reader]);
         let slowest = nodes.map(|node| topology.nodes[node].hz.period()).max();
-        let long = slowest.filter(|_| !self.starts_programs());
-        let long = long.map(|slowest| TRIED.min(Time::ZERO + slowest * PERIODS));
+        let long = slowest
+            .filter(|_| !self.starts_programs())
+            .map(|slowest| TRIED.min(Time::ZERO + slowest * PERIODS));
         let Some((_, lineage)) = long.and_then(|end| self.short_run(end, Vec::new())) else {
             return Vec::new();
         };
@@ -118,31 +121,36 @@ impl Experiment {
     fn hops(&self, chain: &DataChain, topology: &Topology) -> Vec<ChainHop> {
         let nodes = chain.nodes.iter().map(|name| topology.node(name));
         let nodes: Vec<usize> = nodes.flatten().collect();
-        let hops = nodes.windows(2).zip(chain.topics());
-        let hops = hops.filter_map(|(nodes, topic)| {
-            let &[from, reader] = nodes else {
-                return None;
-            };
-            let topic = topology.topic(topic)?;
-            let triggers = &topology.nodes[reader].triggers;
-            let mut triggers = triggers.iter().map(|topic| &topology.topics[*topic]);
-            let triggered = triggers.any(|topic| topic.publishers.contains(&from));
-            let executed = [from, reader].map(|node| &topology.nodes[node].executor);
-            let is_free = !triggered && executed.iter().all(|executor| executor.is_none());
-            let can_wait = self.late(&topology.nodes[from].name, 1).is_some();
-            (is_free && can_wait).then_some(ChainHop {
-                from,
-                topic,
-                reader,
-            })
-        });
+        let hops = nodes
+            .windows(2)
+            .zip(chain.topics())
+            .filter_map(|(nodes, topic)| {
+                let &[from, reader] = nodes else {
+                    return None;
+                };
+                let topic = topology.topic(topic)?;
+                let triggers = &topology.nodes[reader].triggers;
+                let mut triggers = triggers.iter().map(|topic| &topology.topics[*topic]);
+                let triggered = triggers.any(|topic| topic.publishers.contains(&from));
+                let executed = [from, reader].map(|node| &topology.nodes[node].executor);
+                let is_free = !triggered && executed.iter().all(|executor| executor.is_none());
+                let can_wait = self.late(&topology.nodes[from].name, 1).is_some();
+                (is_free && can_wait).then_some(ChainHop {
+                    from,
+                    topic,
+                    reader,
+                })
+            });
         hops.collect()
     }
 
     /// A knob by which a node starts so many microseconds late; `None` for one that is not to.
     fn late(&self, node: &str, micros: usize) -> Option<Knob> {
-        let set = self.config.setup.iter();
-        let mut set = set.filter(|knob| knob.target() == node);
+        let mut set = self
+            .config
+            .setup
+            .iter()
+            .filter(|knob| knob.target() == node);
         let is_late = set.any(|knob| knob.kind().sets(TickTiming::Start));
         let late = Knob::Wakes {
             node: node.to_owned(),

@@ -108,8 +108,11 @@ impl Summary {
 
     /// The nodes that never ticked although their match took messages of each topic.
     fn unmatched(&self) -> impl Iterator<Item = Unmatched<'_>> {
-        let idle = self.nodes.iter().enumerate();
-        let idle = idle.filter(|(_, node)| node.ticks == 0 && node.triggers.len() > 1);
+        let idle = self
+            .nodes
+            .iter()
+            .enumerate()
+            .filter(|(_, node)| node.ticks == 0 && node.triggers.len() > 1);
         idle.filter_map(|(index, node)| {
             let topics = node.triggers.iter().map(|topic| {
                 let topic = self.topics.get(*topic)?;
@@ -161,7 +164,7 @@ impl Summary {
     }
 
     /// An empty summary of a run of `config`, until the `verdict`.
-    pub fn of(config: &Config, verdict: Verdict) -> Self {
+    pub fn new(config: &Config, verdict: Verdict) -> Self {
         Self {
             config: config.clone(),
             sim_time: verdict.at,

@@ -33,7 +33,7 @@ impl Accounts {
     }
 
     /// Accounts for a graph as it is.
-    pub(crate) fn of(graph: &Graph) -> Self {
+    pub(crate) fn from_graph(graph: &Graph) -> Self {
         let accounts = Self::new(graph.topology());
         for (index, node) in accounts.nodes.iter().enumerate() {
             let mut node = lock(node);

@@ -7,7 +7,7 @@
 //! and the parts of its age, from either.
 //!
 //! Stands on `ratelab`; a run knows nothing of it, and one that nobody looks at
-//! pays nothing for it. Begin with [`Observer::of`], then `accounts.rs`.
+//! pays nothing for it. Begin with [`Observer::new`], then `accounts.rs`.
 
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 

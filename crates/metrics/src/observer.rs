@@ -19,7 +19,7 @@ use super::{
 ///
 /// let mut graph = Graph::new();
 /// graph.node("camera", Hz::new(30.0)?, 0, |_| |_: &mut Tick| {})?;
-/// let (observer, end) = (Observer::of(&graph), Time::from_secs_f64(100.0)?);
+/// let (observer, end) = (Observer::new(&graph), Time::from_secs_f64(100.0)?);
 /// thread::scope(|scope| {
 ///     scope.spawn(|| {
 ///         while observer.now() < end {
@@ -48,8 +48,8 @@ impl Deref for Observer {
 impl Observer {
     /// Observes `graph`: its accounts begin with the first call, and cover the nodes and topics
     /// that the graph had then. All its observers read the same ones.
-    pub fn of(graph: &Graph) -> Self {
-        let sink = AccountSink::of(graph);
+    pub fn new(graph: &Graph) -> Self {
+        let sink = AccountSink::from_graph(graph);
         Self {
             run: sink.run.clone(),
             accounts: sink.accounts.clone(),

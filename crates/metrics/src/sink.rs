@@ -31,14 +31,14 @@ pub(crate) type TickListener = dyn FnMut(&TickRecord) -> bool + Send;
 impl AccountSink {
     /// The sink of `graph`, from now on if it had none. Covers the nodes and topics that the
     /// graph has at this moment. Beside a sink of another kind it gets nothing.
-    pub(crate) fn of(graph: &Graph) -> Arc<Self> {
+    pub(crate) fn from_graph(graph: &Graph) -> Arc<Self> {
         let sink: Arc<dyn Any + Send + Sync> = graph.sink_or(|| Arc::new(Self::new(graph)));
         let known = sink.downcast::<Self>();
         known.unwrap_or_else(|_| Arc::new(Self::new(graph)))
     }
 
     fn new(graph: &Graph) -> Self {
-        let accounts = Accounts::of(graph);
+        let accounts = Accounts::from_graph(graph);
         let (nodes, topics) = (&accounts.topology.nodes, &accounts.topology.topics);
         Self {
             run: graph.state(),

@@ -35,7 +35,7 @@ pub struct TapMessage<T> {
 ///     let _range = wiring.publisher(&topic);
 ///     |_: &mut Tick| {}
 /// })?;
-/// let tap = TapHandle::of(&graph).topic(&topic, 100);
+/// let tap = TapHandle::new(&graph).topic(&topic, 100);
 /// let publisher = topic.publisher();
 /// (1..=3).for_each(|n| Tick::at(Time::from_nanos(n)).publish(&publisher, n));
 /// let all = tap.items().try_iter().map(|tapped| tapped.message.data);

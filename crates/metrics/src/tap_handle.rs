@@ -20,8 +20,8 @@ pub struct TapHandle(pub(crate) Arc<AccountSink>);
 
 impl TapHandle {
     /// Taps on `graph`.
-    pub fn of(graph: &Graph) -> Self {
-        Self(AccountSink::of(graph))
+    pub fn new(graph: &Graph) -> Self {
+        Self(AccountSink::from_graph(graph))
     }
 
     /// Sends every record to one other `sink` from now on.

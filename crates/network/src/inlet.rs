@@ -156,7 +156,7 @@ mod tests {
             }),
             sender: Mutex::default(),
             times: Arc::new(Times::new(
-                Observer::of(&graph),
+                Observer::new(&graph),
                 Arc::default(),
                 wrong_clocks,
             )),

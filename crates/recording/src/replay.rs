@@ -281,7 +281,7 @@ impl Replay {
             chains: self.newest(self.chains).to_vec(),
             cost: self.cost(sim_time),
             figures: self.figures(),
-            ..Summary::of(self.config(), verdict)
+            ..Summary::new(self.config(), verdict)
         };
         summary.observed(&*self.system, &self.observer())
     }

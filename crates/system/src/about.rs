@@ -112,8 +112,8 @@ impl SignalValue {
         Self(Arc::new(value))
     }
 
-    /// The quantity of the message with the numbers `row`.
-    pub fn of(&self, row: &[f64]) -> f64 {
+    /// Computes the quantity from a message with the numbers `row`.
+    pub fn compute(&self, row: &[f64]) -> f64 {
         (self.0)(row)
     }
 }

@@ -76,8 +76,9 @@ impl KnobText {
     /// [`KnobTextError`] for an invalid line.
     pub fn parse_timed(&self, line: &str) -> Result<Vec<TimedKnob>, KnobTextError> {
         let line = unescaped(line.trim());
-        let words = line.split_once(char::is_whitespace);
-        let words = words.filter(|(_, knob)| knob.trim().contains(char::is_whitespace));
+        let words = line
+            .split_once(char::is_whitespace)
+            .filter(|(_, knob)| knob.trim().contains(char::is_whitespace));
         let (at, knob) = words.ok_or_else(|| KnobTextError::Timed(line.clone()))?;
         let seconds = at.parse().ok();
         let time = seconds.and_then(|seconds: f64| Time::from_secs_f64(seconds).ok());
@@ -107,11 +108,12 @@ impl KnobText {
             if content.is_empty() {
                 continue;
             }
-            let parsed = self.parse_timed(content);
-            let parsed = parsed.map_err(|error| KnobTextError::Line {
-                line: number,
-                error: Box::new(error),
-            })?;
+            let parsed = self
+                .parse_timed(content)
+                .map_err(|error| KnobTextError::Line {
+                    line: number,
+                    error: Box::new(error),
+                })?;
             knobs.extend(parsed.into_iter().map(|knob| (number, knob)));
         }
         Ok(knobs)

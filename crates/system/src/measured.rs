@@ -22,8 +22,9 @@ pub fn loaded(
         return Ok(knob);
     };
     let durations = read(&knob, missing)?;
-    let measured = missing.with_durations(durations);
-    let measured = measured.map_err(|error| error.to_string())?;
+    let measured = missing
+        .with_durations(durations)
+        .map_err(|error| error.to_string())?;
     Ok(knob.with_draw(Draw::Measured(measured)))
 }
 
@@ -41,11 +42,12 @@ pub fn read_column(path: &Path) -> Result<Vec<Duration>, String> {
 fn parse(text: &str) -> Result<Vec<Duration>, String> {
     // Spreadsheets write a byte order mark.
     let lines = text.trim_start_matches('\u{feff}').lines().zip(1..);
-    let values = lines.filter_map(|(line, number)| {
-        let value = line.split('#').next()?.trim();
-        (!value.is_empty()).then_some((number, value))
-    });
-    let mut values = values.peekable();
+    let mut values = lines
+        .filter_map(|(line, number)| {
+            let value = line.split('#').next()?.trim();
+            (!value.is_empty()).then_some((number, value))
+        })
+        .peekable();
     values.next_if(|(_, value)| is_name(value));
     let durations = values.map(|(number, value)| {
         millis::parse(value).map_err(|_| {

@@ -127,9 +127,9 @@ pub(crate) fn survey<T: ToString, const VALUES: usize>(
 ) -> Result<[KnobRuns; VALUES], Failure> {
     let texts = values.map(|value| value.to_string());
     let sweep = Sweep {
-        axes: vec![SweepAxis::of(CartPole::KNOBS, knob, texts.clone())?],
+        axes: vec![SweepAxis::from_texts(CartPole::KNOBS, knob, texts.clone())?],
         seeds: (0..starts).collect(),
-        ..Sweep::of(cart_pole(), base)
+        ..Sweep::new(cart_pole(), base)
     };
     let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()))?;
     let mut runs = swept.finished().map(|(_, run)| run.clone());

@@ -48,7 +48,7 @@ pub fn run(
 ) -> Result<TimedRun, Failure> {
     let plant = SharedPlant::new(Plant::new(seed)?);
     let (graph, mut nodes) = wired(&plant)?;
-    let observer = Observer::of(&graph);
+    let observer = Observer::new(&graph);
     schedule(&mut nodes)?;
     let steps = plant.at(Time::ZERO).steps();
     Ok(TimedRun::new(&observer.snapshot(), steps))

@@ -151,7 +151,7 @@ pub fn sweep(experiment: &Experiment, count: usize) -> Result<Sweep, Error> {
     }
     Ok(Sweep {
         axes: vec![experiment.phases(count)],
-        ..Sweep::of(experiment.system().clone(), config)
+        ..Sweep::new(experiment.system().clone(), config)
     })
 }
 

@@ -480,7 +480,7 @@ mod tests {
         let mut graph = Graph::new();
         let added = graph.node("policy", Hz::MAX, 0, |_| |_: &mut Tick| {});
         added.expect("a node");
-        let mut node = Observer::of(&graph).snapshot().nodes.remove(0);
+        let mut node = Observer::new(&graph).snapshot().nodes.remove(0);
         (node.ticks, node.overruns) = (2, u64::MAX);
         let most = u64::MAX;
         assert_eq!(overruns(&node), format!("{most} of {most}"));

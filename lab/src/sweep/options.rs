@@ -69,7 +69,7 @@ impl SweepArgs {
                 .clone()
                 .map_or_else(|| (0..SEEDS).collect(), Vec::from),
             parts: self.parts,
-            ..Sweep::of(program.system.clone(), base)
+            ..Sweep::new(program.system.clone(), base)
         })
     }
 

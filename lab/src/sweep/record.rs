@@ -170,7 +170,7 @@ mod tests {
         let sweep = Sweep {
             axes: vec![rates.expect("rates")],
             seeds: vec![0, 1],
-            ..Sweep::of(Arc::new(CartPole::default()), Config::default())
+            ..Sweep::new(Arc::new(CartPole::default()), Config::default())
         };
         let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()));
         let summary = SweepSummary::new(&swept.expect("swept"), true).expect("a summary");

@@ -252,7 +252,7 @@ impl Hunt {
         if usual.verdict.is_lost() {
             return Err(HuntError::LostAnyway(usual.verdict));
         }
-        let windows = Windows::of(budget, &usual)?;
+        let windows = Windows::new(budget, &usual)?;
         let proof = match resolved.search(&windows, &mut trials) {
             Ok(proof) => proof,
             Err(Halt::Stopped) => Proof::Stopped,

@@ -52,7 +52,7 @@ struct WindowKind<'w> {
 
 impl Windows {
     /// The windows of `budget` in the run without faults.
-    pub fn of(budget: &Budget, usual: &Summary) -> Result<Self, HuntError> {
+    pub fn new(budget: &Budget, usual: &Summary) -> Result<Self, HuntError> {
         let [lose, late, hang, shift] = budget.counts();
         let topic = usual.topic(&budget.topic);
         let is_read = topic.is_some_and(TopicAccount::is_read);

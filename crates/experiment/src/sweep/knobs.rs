@@ -50,14 +50,14 @@ impl SweepAxis {
             KnobKind::Depth => texts::<Depth>(list, |depth| depth.to_string())?,
             _ => values(list, |text| is_range(kind, has_hole(name), text))?,
         };
-        Self::of(knobs, name, texts)
+        Self::from_texts(knobs, name, texts)
     }
 
     /// An axis with `texts` as its values.
     ///
     /// # Errors
     /// [`AxisError`] for an unknown knob or an invalid value.
-    pub fn of(
+    pub fn from_texts(
         knobs: KnobText,
         name: &str,
         texts: impl IntoIterator<Item = String>,

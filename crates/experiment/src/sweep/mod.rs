@@ -15,7 +15,7 @@
 //! let sweep = Sweep {
 //!     axes: vec![SweepAxis::parse(KnobText::default(), "rate control", "5,10")?],
 //!     seeds: "0..2".parse::<Axis<u64>>()?.into(),
-//!     ..Sweep::of(system, Config::default())
+//!     ..Sweep::new(system, Config::default())
 //! };
 //! let swept = sweep.run(all_cores(), |_cell, _result| ControlFlow::Continue(()))?;
 //! let held: Vec<usize> = swept.survival().map(|rate| rate.held).collect();
@@ -124,7 +124,7 @@ pub enum SweepError {
 
 impl Sweep {
     /// Creates a sweep with the single run `base`, to which lists can be added.
-    pub fn of(system: Arc<dyn System>, base: Config) -> Self {
+    pub fn new(system: Arc<dyn System>, base: Config) -> Self {
         Self {
             system,
             axes: Vec::new(),
@@ -144,8 +144,10 @@ impl Sweep {
     /// # Errors
     /// [`SweepError`] if it is zero or above [`MAX_CELLS`], or if the runs have no end.
     pub fn cells(&self) -> Result<usize, SweepError> {
-        let axes = self.axes.iter();
-        let axes = axes.map(|axis| (axis.name.as_str(), axis.values.len()));
+        let axes = self
+            .axes
+            .iter()
+            .map(|axis| (axis.name.as_str(), axis.values.len()));
         let lists: Vec<_> = axes.chain([("seeds", self.seeds.len())]).collect();
         if let Some((name, _)) = lists.iter().find(|(_, values)| *values == 0) {
             return Err(SweepError::Empty((*name).to_owned()));
@@ -165,8 +167,11 @@ impl Sweep {
     pub fn cell(&self, index: usize) -> Option<Cell> {
         let mut rest = index;
         let seed = *turn(&self.seeds, &mut rest)?;
-        let values = self.axes.iter().rev();
-        let values = values.map(|axis| turn(&axis.values, &mut rest).cloned());
+        let values = self
+            .axes
+            .iter()
+            .rev()
+            .map(|axis| turn(&axis.values, &mut rest).cloned());
         let mut values = values.collect::<Option<Vec<_>>>()?;
         values.reverse();
         (rest == 0).then_some(Cell { values, seed })
@@ -200,8 +205,9 @@ impl Sweep {
             let mut config = resolved.base.clone();
             config.setup.extend(value.knobs.iter().cloned());
             let setup = config.resolved(&*self.system)?.setup;
-            let knobs = setup.iter();
-            let knobs = knobs.filter(|knob| value.knobs.iter().any(|of| of.is_of(knob)));
+            let knobs = setup
+                .iter()
+                .filter(|knob| value.knobs.iter().any(|of| of.is_of(knob)));
             Arc::make_mut(value).knobs = knobs.cloned().collect();
         }
         Ok(resolved)
@@ -266,19 +272,20 @@ impl Sweep {
         interrupt: &Interrupt,
     ) -> Result<Option<CellResult>, SweepError> {
         let which = || Box::new(cell.clone());
-        let experiment = Experiment::from_resolved(self.system.clone(), self.config(cell));
-        let mut experiment = experiment.map_err(|source| SweepError::Build {
-            cell: which(),
-            source,
-        })?;
+        let mut experiment = Experiment::from_resolved(self.system.clone(), self.config(cell))
+            .map_err(|source| SweepError::Build {
+                cell: which(),
+                source,
+            })?;
         if self.parts {
             experiment.watch_ages();
         }
-        let summary = experiment.run_until(interrupt);
-        let summary = summary.map_err(|source| SweepError::Fault {
-            cell: which(),
-            source,
-        })?;
+        let summary = experiment
+            .run_until(interrupt)
+            .map_err(|source| SweepError::Fault {
+                cell: which(),
+                source,
+            })?;
         Ok(summary.map(|summary| CellResult::new(&*self.system, &summary)))
     }
 }

@@ -67,8 +67,9 @@ impl Lineage {
             .flat_map(|(topic, _)| {
                 let sent = &self.topics[topic].sent;
                 let first = sent.partition_point(|sent| sent.at < worked.tick.at);
-                let made = sent.range(first..);
-                let made = made.take_while(move |sent| sent.at <= worked.ends());
+                let made = sent
+                    .range(first..)
+                    .take_while(move |sent| sent.at <= worked.ends());
                 made.filter(move |sent| sent.by == by)
                     .map(move |sent| MessageId {
                         topic,
@@ -220,8 +221,11 @@ impl Lineage {
         }
         let mut open: Vec<(Time, usize, usize)> = Vec::new();
         for (node, record) in self.nodes.iter_mut().enumerate() {
-            let ticks = record.ticks.range(record.settled..).enumerate();
-            let ticks = ticks.filter(|(_, worked)| worked.beginnings.is_none());
+            let ticks = record
+                .ticks
+                .range(record.settled..)
+                .enumerate()
+                .filter(|(_, worked)| worked.beginnings.is_none());
             open.extend(ticks.map(|(index, tick)| (tick.tick.at, node, record.settled + index)));
         }
         open.sort_unstable();

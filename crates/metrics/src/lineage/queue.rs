@@ -11,10 +11,11 @@ impl Lineage {
     /// each change.
     pub fn queue(&self, topic: usize, reader: usize) -> Vec<(Time, usize)> {
         let record = &self.topics[topic];
-        let arrivals = record.sent.iter();
-        let arrivals = arrivals.filter_map(|sent| Some((sent.arrives?, false, sent.seq)));
-        let reads = self.nodes[reader].ticks.iter();
-        let reads = reads.filter_map(|worked| {
+        let arrivals = record
+            .sent
+            .iter()
+            .filter_map(|sent| Some((sent.arrives?, false, sent.seq)));
+        let reads = self.nodes[reader].ticks.iter().filter_map(|worked| {
             let read = worked.read_of(topic)?;
             Some((worked.tick.at, true, read.seq))
         });

@@ -128,8 +128,10 @@ impl Lineage {
         let inside =
             |worked: &&TracedTick| worked.tick.at > own.tick.at && worked.tick.at < own.ends();
         let others = self.companions(node).flat_map(|other| {
-            let ticks = self.ticks_between(other, own.tick.at, own.ends());
-            let ticks = ticks.map(|(_, worked)| worked).filter(inside);
+            let ticks = self
+                .ticks_between(other, own.tick.at, own.ends())
+                .map(|(_, worked)| worked)
+                .filter(inside);
             ticks.map(move |worked| TickWait {
                 from: worked.tick.at,
                 to: worked.ends().min(own.ends()),

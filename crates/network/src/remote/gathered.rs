@@ -283,7 +283,7 @@ impl GatheredRun {
                 .tally
                 .as_ref()
                 .map_or_else(Vec::new, |tally| tally.figures()),
-            ..Summary::of(&self.config, verdict)
+            ..Summary::new(&self.config, verdict)
         };
         summary.observed(&*self.system, &self.observer)
     }

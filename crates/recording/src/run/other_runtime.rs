@@ -74,7 +74,7 @@ impl Recording {
         let summary = Summary {
             steps: rows[0].map_or(0, Rows::len) as u64,
             state: newest[0].map_or_else(Vec::new, <[f64]>::to_vec),
-            ..Summary::of(&recording.origin.config, verdict)
+            ..Summary::new(&recording.origin.config, verdict)
         };
         let dropped = |rows: &Rows| rows.last().map_or(0, |(head, _)| head.dropped);
         let [messages, ticks] = recording.counts();

@@ -119,7 +119,7 @@ impl CliffMap {
         let sweep = Sweep {
             axes: [nearest(over_x, now)].into_iter().chain(over_y).collect(),
             seeds,
-            ..Sweep::of(system.clone(), base)
+            ..Sweep::new(system.clone(), base)
         };
         let mut map = Self {
             outcomes: vec![None; columns.len() * rows.len()],

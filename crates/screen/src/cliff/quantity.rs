@@ -69,7 +69,7 @@ impl KnobQuantity {
     /// [`AxisError`] for an unknown knob.
     pub fn axis(&self, system: &dyn System) -> Result<SweepAxis, AxisError> {
         let knobs = KnobText(system.knobs().aliases());
-        SweepAxis::of(knobs, &self.name, self.texts.iter().cloned())
+        SweepAxis::from_texts(knobs, &self.name, self.texts.iter().cloned())
     }
 
     /// Returns whether it is the same quantity of the nodes and topics in `focus`.

@@ -259,7 +259,7 @@ impl Sampler {
         if let Some(signal) = signal(system).filter(|signal| signal.topic == topic) {
             let points = rows
                 .iter()
-                .map(|(head, row)| (head.at.as_secs_f64(), signal.value.of(row)));
+                .map(|(head, row)| (head.at.as_secs_f64(), signal.value.compute(row)));
             self.points.extend(points);
             let old = self.points.len().saturating_sub(POINTS_KEPT);
             self.points.drain(..old);

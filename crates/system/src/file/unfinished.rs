@@ -158,8 +158,8 @@ fn hidden(target: &Path, folder: &Path) -> io::Result<NamedTempFile> {
 /// Removes leftovers of killed processes in `folder`.
 fn remove_leftovers(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        let name = entry.file_name();
-        let name = name.to_string_lossy();
+        let file = entry.file_name();
+        let name = file.to_string_lossy();
         let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
         if name.starts_with('.') && name.ends_with(SUFFIX) && is_file {
             remove_unowned(&entry.path());

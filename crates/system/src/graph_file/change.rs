@@ -48,9 +48,11 @@ pub fn changed(text: &str, change: &str) -> Result<ChangedFile, ChangeError> {
     let mut left_out = Vec::new();
     let nodes = change.get("node").and_then(Value::as_table);
     for (name, node) in nodes.into_iter().flatten() {
-        let known = whole.get_mut("node").and_then(|nodes| nodes.get_mut(name));
-        let known = known.and_then(Value::as_table_mut);
-        let known = known.ok_or_else(|| ChangeError::Node(name.clone()))?;
+        let known = whole
+            .get_mut("node")
+            .and_then(|nodes| nodes.get_mut(name))
+            .and_then(Value::as_table_mut)
+            .ok_or_else(|| ChangeError::Node(name.clone()))?;
         left_out.extend(make_room(known, name, node));
     }
     for (name, limit) in change

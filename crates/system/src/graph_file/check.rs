@@ -129,8 +129,9 @@ fn settings(block: &Block) -> Checked<Vec<PlacedKnob>> {
             continue;
         }
         let refused = |why: String| GraphRefusal::new(*at, why);
-        let knob = kind.set(&block.name.text, text.trim());
-        let knob = knob.map_err(|error| refused(format!("{key}: {error}")))?;
+        let knob = kind
+            .set(&block.name.text, text.trim())
+            .map_err(|error| refused(format!("{key}: {error}")))?;
         knobs.push(PlacedKnob { knob, at: *at });
     }
     Ok(knobs)
@@ -230,8 +231,9 @@ fn simulated_clocks(block: &Block, file: &GraphFile) -> Checked<Vec<PlacedKnob>>
     let nodes = file.nodes.iter().filter(|node| !has_own(node));
     let at = block.at("rate").unwrap_or_default();
     let clock = |node: &NodeSpec| {
-        let clock = KnobKind::Clock.set(&node.name, &error);
-        let clock = clock.map(|knob| PlacedKnob { knob, at });
+        let clock = KnobKind::Clock
+            .set(&node.name, &error)
+            .map(|knob| PlacedKnob { knob, at });
         clock.or_else(|_| refuse(at, "rate: expected 0.001 to 1000000".to_owned()))
     };
     nodes.map(clock).collect()
@@ -329,8 +331,9 @@ fn publisher(file: &GraphFile, topic: &Placed) -> Checked {
     // Its own outputs are of no use to a node.
     let reads = |node: &&NodeSpec| node.inputs().any(|input| input.at == topic.at);
     let others = file.nodes.iter().filter(|node| !reads(node));
-    let published = others.flat_map(|node| &node.publishes);
-    let published = published.map(|topic| &*topic.text);
+    let published = others
+        .flat_map(|node| &node.publishes)
+        .map(|topic| &*topic.text);
     unknown("no node publishes", topic, published)
 }
 
@@ -345,8 +348,9 @@ fn inner(block: &Block) -> Checked<InnerSpec> {
 pub(super) fn remap(block: &Block) -> Checked<Vec<(Placed, Placed)>> {
     let remap = block.list("remap");
     remap.iter().try_for_each(topic_name)?;
-    let pairs = remap.chunks_exact(2);
-    let pairs = pairs.map(|pair| (pair[0].clone(), pair[1].clone()));
+    let pairs = remap
+        .chunks_exact(2)
+        .map(|pair| (pair[0].clone(), pair[1].clone()));
     Ok(pairs.collect())
 }
 

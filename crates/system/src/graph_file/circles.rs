@@ -104,8 +104,10 @@ impl GraphFile {
     /// one of the system in the middle.
     fn is_silent(&self, topic: &Placed, silent: &[usize]) -> bool {
         let nodes = self.nodes.iter().enumerate();
-        let publishers = nodes.filter(|(_, node)| node.publishes(&topic.text));
-        let mut publishers = publishers.map(|(index, _)| index).peekable();
+        let mut publishers = nodes
+            .filter(|(_, node)| node.publishes(&topic.text))
+            .map(|(index, _)| index)
+            .peekable();
         publishers.peek().is_some() && publishers.all(|publisher| silent.contains(&publisher))
     }
 

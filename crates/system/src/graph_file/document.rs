@@ -261,8 +261,10 @@ fn key_of(section: &'static FileSection, name: &Placed) -> Checked<&'static Form
     if let Some(instead) = meant(section, &name.text) {
         return refuse(name.at, format!("unknown key {:?}: {instead}", name.text));
     }
-    let sections = SECTIONS[1..].iter().map(|section| section.name);
-    let sections = sections.filter(|_| section.name.is_empty());
+    let sections = SECTIONS[1..]
+        .iter()
+        .map(|section| section.name)
+        .filter(|_| section.name.is_empty());
     let keys = section.keys.iter().map(|key| key.name);
     unknown("unknown key", name, keys.chain(sections))
 }
@@ -320,15 +322,17 @@ fn texts(key: &FormatKey, value: ValueOf<'_>) -> Checked<Vec<Placed>> {
         (Form::Text(_) | Form::Knob(_), DeValue::String(text)) => Some(vec![Placed::new(text, at)]),
         (Form::List(_), DeValue::Array(items)) => items.iter().map(text).collect(),
         (Form::Remap, DeValue::Table(table)) => {
-            let pairs = in_order(table).into_iter();
-            let pairs = pairs.map(|(key, value)| Some([placed(key), text(value)?]));
+            let pairs = in_order(table)
+                .into_iter()
+                .map(|(key, value)| Some([placed(key), text(value)?]));
             pairs
                 .collect::<Option<Vec<_>>>()
                 .map(|pairs| pairs.concat())
         }
         (Form::Numbers, DeValue::Table(table)) => {
-            let pairs = in_order(table).into_iter();
-            let pairs = pairs.map(|(key, value)| Some([placed(key), numbers(value)?]));
+            let pairs = in_order(table)
+                .into_iter()
+                .map(|(key, value)| Some([placed(key), numbers(value)?]));
             pairs
                 .collect::<Option<Vec<_>>>()
                 .map(|pairs| pairs.concat())

@@ -133,8 +133,10 @@ impl Fit<'_> {
             return true;
         }
         let Topology { topics, .. } = &self.topology;
-        let known = self.topology.node(&node.text);
-        let known = known.zip(self.topology.topic(&topic.text));
+        let known = self
+            .topology
+            .node(&node.text)
+            .zip(self.topology.topic(&topic.text));
         known.is_some_and(|(node, topic)| {
             if reading {
                 topics[topic].readers.contains(&node)

@@ -35,16 +35,21 @@ impl GraphSystem {
         let loads = self.loads(setup);
         let nodes = self.topology().nodes.iter().map(|node| &*node.name);
         let inner = nodes.filter(|name| self.file.node(name).is_none());
-        let alone = inner.chain(self.file.names());
-        let alone = alone.filter(|node| self.has_core(node)).filter_map(|node| {
-            let load = loads.get(node)?;
-            match load.rate {
-                Some(hz) => overload(node, hz, setup),
-                None => swamped(node, *load),
-            }
-        });
-        let executors = self.file.executors.iter();
-        let executors = executors.filter_map(|executor| self.overload_of(executor, &loads));
+        let alone = inner
+            .chain(self.file.names())
+            .filter(|node| self.has_core(node))
+            .filter_map(|node| {
+                let load = loads.get(node)?;
+                match load.rate {
+                    Some(hz) => overload(node, hz, setup),
+                    None => swamped(node, *load),
+                }
+            });
+        let executors = self
+            .file
+            .executors
+            .iter()
+            .filter_map(|executor| self.overload_of(executor, &loads));
         alone.chain(executors).collect()
     }
 

@@ -119,18 +119,18 @@ fn number(text: &Placed) -> f64 {
 
 /// The names in a table, each with its numbers.
 fn numbers(block: &Block, key: &str) -> Vec<(String, Vec<f64>)> {
-    let pairs = block.list(key).chunks_exact(2);
-    let pairs = pairs.map(|pair| {
-        let numbers = pair[1].text.split_whitespace();
-        let numbers = numbers.map(|number| number.parse().unwrap_or(f64::NAN));
+    let pairs = block.list(key).chunks_exact(2).map(|pair| {
+        let numbers = pair[1]
+            .text
+            .split_whitespace()
+            .map(|number| number.parse().unwrap_or(f64::NAN));
         (pair[0].text.clone(), numbers.collect())
     });
     pairs.collect()
 }
 
 fn limits(block: &Block) -> Checked<Vec<(String, f64)>> {
-    let pairs = block.list("limits").chunks_exact(2);
-    let pairs = pairs.map(|pair| {
+    let pairs = block.list("limits").chunks_exact(2).map(|pair| {
         let limit = number(&pair[1]);
         if limit > 0.0 {
             Ok((pair[0].text.clone(), limit))

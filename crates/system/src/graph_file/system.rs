@@ -31,18 +31,21 @@ impl GraphFile {
     /// # Errors
     /// [`GraphFileError`] if it names another system, or does not fit around it.
     pub fn system(&self, known: &[Arc<dyn System>]) -> Result<GraphSystem, GraphFileError> {
-        let middle = self.inner.as_ref().map(|inner| {
-            let system = known.iter().find(|system| system.name() == inner.name.text);
-            match system {
-                Some(system) => insert(self, inner, system.clone()),
-                None => {
-                    let known = known.iter().map(|system| system.name());
-                    unknown("unknown system", &inner.name, known)
+        let middle = self
+            .inner
+            .as_ref()
+            .map(|inner| {
+                let system = known.iter().find(|system| system.name() == inner.name.text);
+                match system {
+                    Some(system) => insert(self, inner, system.clone()),
+                    None => {
+                        let known = known.iter().map(|system| system.name());
+                        unknown("unknown system", &inner.name, known)
+                    }
                 }
-            }
-        });
-        let middle = middle.transpose();
-        let middle = middle.map_err(|refusal| refusal.in_text(&self.text))?;
+            })
+            .transpose()
+            .map_err(|refusal| refusal.in_text(&self.text))?;
         Ok(GraphSystem::new(self, middle))
     }
 }

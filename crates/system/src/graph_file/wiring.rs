@@ -41,8 +41,10 @@ impl GraphWires {
             let names = system.chains.iter().map(DataChain::name);
             builder.record_as(chains.clone(), chain_fields(names));
         }
-        let limits = system.chains.iter();
-        let limits = limits.map(|chain| chain.limit.map(|limit| limit.age));
+        let limits = system
+            .chains
+            .iter()
+            .map(|chain| chain.limit.map(|limit| limit.age));
         let ages = Arc::new(Shared::new("data ages of chains", ChainAges::new(limits)));
         Self {
             topics,
@@ -92,8 +94,9 @@ impl GraphSystem {
         wires: &GraphWires,
     ) -> Result<(), BuildError> {
         let inputs = |topics: &[Placed]| -> RecordedTopics {
-            let topics = topics.iter();
-            let topics = topics.filter_map(|topic| builder.recorded(&topic.text));
+            let topics = topics
+                .iter()
+                .filter_map(|topic| builder.recorded(&topic.text));
             topics.collect()
         };
         let (triggers, reads) = (inputs(&node.triggers), inputs(&node.reads));
@@ -132,8 +135,11 @@ impl GraphSystem {
 
     /// The numbers and the names of the chains that end at `node`.
     fn ends(&self, node: &NodeSpec) -> Vec<(usize, String)> {
-        let ends = self.chains.iter().enumerate();
-        let ends = ends.filter(|(_, chain)| chain.last() == node.name);
+        let ends = self
+            .chains
+            .iter()
+            .enumerate()
+            .filter(|(_, chain)| chain.last() == node.name);
         ends.map(|(number, chain)| (number, chain.name.clone()))
             .collect()
     }

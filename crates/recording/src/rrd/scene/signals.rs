@@ -57,7 +57,7 @@ pub fn add(stream: &BatchStream, signals: &[Signal], topic: &str, messages: &Row
     let values = messages.iter().flat_map(|(_, row)| {
         signals.iter().flat_map(move |signal| {
             let limits = signal.limits.into_iter().flatten();
-            iter::once(signal.value.of(row)).chain(limits)
+            iter::once(signal.value.compute(row)).chain(limits)
         })
     });
     let times = times(messages.heads());
