@@ -1,71 +1,20 @@
 //! What would make an age younger, or spare overruns: changes that follow from a graph, each of
 //! which is run.
 
-use std::{cmp::Reverse, num::NonZeroUsize, ops::ControlFlow, sync::Arc, time::Duration};
+use std::{cmp::Reverse, num::NonZeroUsize, ops::ControlFlow, sync::Arc};
 
-use ratelab::{
-    Cost, Depth, Draw, Hz, Interrupt, Knob, KnobKind, Link, NodeTopology, Overrun, ReadOrder,
-    Topology, millis,
-};
+use ratelab::{Interrupt, Topology};
 
-use crate::{Config, Experiment, RunAge, Summary, parallel::in_parallel};
-use ratelab_system::{
-    Setup, System,
-    graph_file::{GraphFile, KeyChange},
+pub use crate::candidates::AgeChange;
+use crate::{
+    Config, Experiment, RunAge, Summary,
+    candidates::{Candidates, upstream},
+    parallel::in_parallel,
 };
+use ratelab_system::{Setup, System, graph_file::GraphFile};
 
 /// The most changes that are tried, first for the oldest parts.
 const MOST: usize = 200;
-
-/// The parts of a cost or a delay that are tried in its place.
-const PARTS: [u32; 3] = [2, 4, 8];
-
-/// The significant digits of usual rates.
-const RATES: [f64; 10] = [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0];
-
-/// The overrun policies that are tried.
-const POLICIES: [&str; 3] = ["skip", "queue:1", "catch-up"];
-
-/// The error of a clock without an error.
-const RIGHT_CLOCK: &str = "0 0";
-
-/// A change of a run: knobs, and keys of its graph file.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct AgeChange {
-    /// The nodes and topics that it changes.
-    pub of: Vec<String>,
-    /// The knobs.
-    pub knobs: Vec<Knob>,
-    /// Changes of the graph file; see [`changed`](ratelab_system::graph_file::changed).
-    pub with: Vec<String>,
-}
-
-impl AgeChange {
-    /// Whether `whole` changes this, too.
-    pub fn is_part_of(&self, whole: &Self) -> bool {
-        let mut knobs = self.knobs.iter();
-        knobs.all(|knob| whole.knobs.contains(knob))
-            && self.with.iter().all(|with| whole.with.contains(with))
-    }
-
-    fn in_file(change: KeyChange) -> Self {
-        Self {
-            of: vec![change.about],
-            knobs: Vec::new(),
-            with: vec![change.with],
-        }
-    }
-
-    /// Both changes.
-    #[must_use]
-    pub fn and(&self, other: &Self) -> Self {
-        Self {
-            of: [&self.of[..], &other.of].concat(),
-            knobs: [&self.knobs[..], &other.knobs].concat(),
-            with: [&self.with[..], &other.with].concat(),
-        }
-    }
-}
 
 /// What the changes of a run are to make less.
 #[derive(Clone, Debug)]
@@ -95,7 +44,9 @@ pub fn changes(
                 let parts = age.parts.iter().filter(|part| part.owner == name);
                 Reverse(parts.map(|part| part.ns).sum::<i64>())
             };
-            let mut nodes = graph.before(&age.node);
+            let mut nodes = topology
+                .node(&age.node)
+                .map_or_else(Vec::new, |node| upstream(topology, node));
             nodes.sort_by_key(|node| owned(&topology.nodes[*node].name));
             nodes
         }
@@ -106,8 +57,8 @@ pub fn changes(
         matches!(aim, Aim::Age(_)) && readers.any(|reader| nodes.contains(reader))
     };
     let topics = (0..topology.topics.len()).filter(reads);
-    let of_topics = topics.flat_map(|topic| graph.topic_changes(topic));
-    let of_nodes = nodes.iter().flat_map(|node| graph.node_changes(*node));
+    let of_topics = topics.flat_map(|topic| graph.of_topic(topic));
+    let of_nodes = nodes.iter().flat_map(|node| graph.of_node(*node));
     let of_clock = graph
         .file
         .iter()
@@ -121,174 +72,6 @@ pub fn changes(
     }
     changes.truncate(MOST);
     changes
-}
-
-/// A graph that may be changed.
-struct Candidates<'g> {
-    topology: &'g Topology,
-    setup: &'g Setup,
-    file: Option<GraphFile>,
-}
-
-impl Candidates<'_> {
-    /// The nodes whose data come to a node, and that node.
-    fn before(&self, name: &str) -> Vec<usize> {
-        let topics = &self.topology.topics;
-        let mut known = Vec::from_iter(self.topology.node(name));
-        let mut next = 0;
-        while let Some(node) = known.get(next).copied() {
-            let inputs = topics.iter().filter(|topic| topic.readers.contains(&node));
-            let publishers: Vec<usize> =
-                inputs.flat_map(|topic| topic.publishers.clone()).collect();
-            for publisher in publishers {
-                if !known.contains(&publisher) {
-                    known.push(publisher);
-                }
-            }
-            next += 1;
-        }
-        known
-    }
-
-    /// The nodes with these names, and all nodes in their executors.
-    fn beside(&self, names: &[&str]) -> Vec<usize> {
-        let named = |name: &str| names.contains(&name);
-        let nodes = self.topology.nodes.iter().enumerate().filter(|(_, node)| {
-            let file = self.file.as_ref();
-            named(&node.name) || file.is_some_and(|file| file.shares(&node.name, named))
-        });
-        nodes.map(|(index, _)| index).collect()
-    }
-
-    fn topic_changes(&self, topic: usize) -> Vec<AgeChange> {
-        let topic = &self.topology.topics[topic];
-        let mut changes = Vec::new();
-        let mine = self.setup.iter().filter(|knob| knob.target() == topic.name);
-        for knob in mine {
-            match knob {
-                Knob::Link { link, .. } => changes.extend(shorter_links(link)),
-                Knob::Read { order, .. } if *order == ReadOrder::Oldest => {
-                    changes.push(("read", "newest".to_owned()));
-                }
-                _ => {}
-            }
-        }
-        if topic.depth > Depth::ONE {
-            changes.push(("depth", Depth::ONE.to_string()));
-        }
-        knobs(&topic.name, changes)
-    }
-
-    fn node_changes(&self, index: usize) -> Vec<AgeChange> {
-        let node = &self.topology.nodes[index];
-        let mut changes = Vec::new();
-        if node.triggers.is_empty() {
-            let offset = self.setup.offset(&node.name);
-            changes.extend(rates(node.hz).map(|hz| ("rate", hz.get().to_string())));
-            let topics = self.topology.topics.iter();
-            if topics.clone().any(|topic| topic.readers.contains(&index)) {
-                changes.extend(offsets(node.hz, offset.unwrap_or_default()));
-            }
-        }
-        if let Some(Knob::Takes { cost, .. }) = self.setup.knob(KnobKind::Takes, &node.name) {
-            changes.extend(shorter_costs(cost));
-            changes.extend(self.other_policies(node));
-        }
-        for kind in [KnobKind::Clock, KnobKind::StampClock] {
-            let error = self.setup.knob(kind, &node.name);
-            if error.is_some_and(|error| error.value() != RIGHT_CLOCK) {
-                changes.push((kind.name(), RIGHT_CLOCK.to_owned()));
-            }
-        }
-        let mut changes = knobs(&node.name, changes);
-        let of_file = self
-            .file
-            .iter()
-            .flat_map(|file| file.changes_of(&node.name));
-        changes.extend(of_file.map(AgeChange::in_file));
-        changes
-    }
-}
-
-impl Candidates<'_> {
-    /// Other overrun policies of a node that ticks at a rate on a thread of its own.
-    fn other_policies(&self, node: &NodeTopology) -> Vec<(&'static str, String)> {
-        let timed = node.triggers.is_empty() && node.executor.is_none();
-        let known = self
-            .setup
-            .knob(KnobKind::Late, &node.name)
-            .map_or_else(|| Overrun::default().to_string(), |knob| knob.value());
-        let others = POLICIES
-            .into_iter()
-            .filter(|policy| timed && *policy != known);
-        others.map(|policy| ("late", policy.to_owned())).collect()
-    }
-}
-
-/// The changes of the node or topic `target`, from kinds of knobs with their values.
-fn knobs(target: &str, values: Vec<(&str, String)>) -> Vec<AgeChange> {
-    let knobs = values.into_iter().filter_map(|(kind, value)| {
-        let knob = format!("{kind} {target} {value}").parse().ok()?;
-        Some(AgeChange {
-            of: vec![target.to_owned()],
-            knobs: vec![knob],
-            with: Vec::new(),
-        })
-    });
-    knobs.collect()
-}
-
-/// Other rates than `hz`: half of it, the usual one below it, twice and five times as often.
-fn rates(hz: Hz) -> impl Iterator<Item = Hz> {
-    let hz = hz.get();
-    let scale = 10_f64.powf(hz.log10().floor());
-    let below = RATES.iter().chain(&[0.8]).map(|digits| digits * scale);
-    let below = below
-        .filter(|below| *below < hz * 0.99)
-        .fold(hz / 2.0, f64::max);
-    let others = [2.0 * hz, 5.0 * hz, hz / 2.0, below].into_iter();
-    others.filter_map(|hz| Hz::new(hz).ok())
-}
-
-/// The phases at which a node may tick too: a quarter, a half and three quarters later.
-fn offsets(hz: Hz, offset: Duration) -> impl Iterator<Item = (&'static str, String)> {
-    let period = hz.period().as_secs_f64() * 1e3;
-    let phases = [0.25, 0.5, 0.75].into_iter();
-    phases.map(move |share| {
-        let ms = (millis::to_millis(offset) + share * period) % period;
-        ("offset", ((ms * 1e3).round() / 1e3).to_string())
-    })
-}
-
-fn shorter(draw: &Draw, by: u32) -> Option<Draw> {
-    Some(match draw {
-        Draw::Constant(same) => Draw::Constant(*same / by),
-        Draw::Uniform(from, to) => Draw::Uniform(*from / by, *to / by),
-        Draw::Lognormal { median, p99 } => Draw::Lognormal {
-            median: *median / by,
-            p99: *p99 / by,
-        },
-        Draw::Measured(_) => return None,
-    })
-}
-
-fn shorter_costs(cost: &Cost) -> impl Iterator<Item = (&'static str, String)> {
-    PARTS.into_iter().filter_map(|by| {
-        let draw = shorter(&cost.draw, by).filter(|draw| !draw.is_none())?;
-        let busy = cost.busy;
-        Some(("takes", Cost { draw, busy }.to_string()))
-    })
-}
-
-fn shorter_links(link: &Link) -> impl Iterator<Item = (&'static str, String)> {
-    PARTS.into_iter().filter_map(|by| {
-        let shorter = Link {
-            delay: shorter(&link.delay, by)?,
-            loss: link.loss / f64::from(by),
-            ..link.clone()
-        };
-        (shorter != *link).then(|| ("link", shorter.to_string()))
-    })
 }
 
 /// Runs each system with its configuration on `threads` threads, until `interrupt` is asked for, and

@@ -1,7 +1,8 @@
 //! Runs of a system as values, and what can be learned from them.
 //!
 //! An [`Experiment`] is one run: configuration in, summary out. A [`sweep`] makes many runs, a
-//! [`hunt`] searches for one that fails, and [`advise`] tries what could make data younger.
+//! [`hunt`] searches for one that fails, [`advise`] tries what could make data younger, and [`cause`]
+//! tells why a run is lost.
 //! A [`Table`] prints figures of either.
 //!
 //! Stands on `ratelab`, `ratelab-metrics`, `ratelab-system`, `ratelab-real-clock` and
@@ -11,9 +12,12 @@
 
 pub mod advise;
 mod ages;
+mod candidates;
+pub mod cause;
 mod config;
 mod experiment;
 pub mod hunt;
+pub mod millis;
 mod over_time;
 pub mod parallel;
 mod part;

@@ -68,14 +68,6 @@ fn worst_age(topic: &TopicAccount) -> Quantiles {
     ages.max_by_key(|age| age.p99).unwrap_or_default()
 }
 
-/// Returns the mean of `durations`; `None` without any.
-pub fn mean(durations: impl Iterator<Item = Duration>) -> Option<Duration> {
-    let (sum, count) = durations.fold((Duration::ZERO, 0), |(sum, count), duration| {
-        (sum + duration, count + 1)
-    });
-    (count > 0).then(|| sum / count)
-}
-
 fn latency(system: &dyn System, snapshot: &Snapshot) -> Option<LatencyData> {
     let (node, name) = system.latency()?;
     let distribution = snapshot.meter(node, name)?;

@@ -6,6 +6,7 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{Hz, Status, Time};
+use ratelab_experiment::cause::PlanFacts;
 use ratelab_metrics::Distribution;
 use ratelab_system::{AgeLimits, Signal};
 
@@ -260,6 +261,17 @@ pub struct PlanData {
 }
 
 impl PlanData {
+    /// Returns what it tells of the cause of a loss.
+    pub fn facts(&self) -> PlanFacts {
+        PlanFacts {
+            actions: self.actions.len(),
+            stalled: self.stalled,
+            needed: self.needed,
+            delay: self.delay,
+            missed: self.missed,
+        }
+    }
+
     /// Returns whether at the moment of this `place` just its action was played.
     pub fn is_as_played(&self, place: usize) -> bool {
         let played = self.around.get(place).copied().flatten();

@@ -11,6 +11,9 @@ use ratelab_system::{
     paced_node,
 };
 
+/// The keys that raise the rates of the first aliases.
+pub const RATE_KEYS: [char; 2] = [']', '}'];
+
 /// Rates in Hz: dense where the pole falls.
 pub const RATES: [f64; 27] = [
     1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 12.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0,

@@ -8,7 +8,9 @@ use ratelab_re_execution::Overlap;
 use ratelab_recording::{Execution, Held};
 use ratelab_system::{ActionPlan, PlanBars, Planning};
 
-use crate::{error::KeyError, figures::mean, frame::PlanData};
+use ratelab_experiment::millis::mean;
+
+use crate::{error::KeyError, frame::PlanData};
 
 /// Plans, actions and ages kept: 40 s of actions at 50 Hz.
 const KEPT: usize = 2_000;

@@ -1,8 +1,7 @@
 //! Sentences, and the numbers in them.
 
-use std::time::Duration;
-
-use ratelab::{Topology, millis};
+use ratelab::Topology;
+pub use ratelab_experiment::millis::{ms, whole};
 use ratelab_metrics::{AgeParts, AgeStage, nanos};
 
 /// Returns an age in a sentence of at most `room` characters, where possible, such as
@@ -82,26 +81,6 @@ fn thinks(topology: &Topology, node: usize) -> bool {
     let mut topics = topology.topics.iter();
     let reads = topics.clone().any(|topic| topic.readers.contains(&node));
     reads && topics.any(|topic| topic.publishers.contains(&node))
-}
-
-/// Such as `20 ms` or `0.350 ms`; half a millisecond above one goes to the even number.
-pub fn ms(duration: Duration) -> String {
-    format!("{} ms", number(duration))
-}
-
-/// Such as `20` or `0.350`, rounded in the same way.
-pub fn number(duration: Duration) -> String {
-    let ms = millis::to_millis(duration);
-    if duration.is_zero() || ms >= 0.9995 {
-        format!("{ms:.0}")
-    } else {
-        millis::text(ms)
-    }
-}
-
-/// As a number to count with; half a millisecond counts as one.
-pub fn whole(duration: Duration) -> u128 {
-    (duration.as_micros() + 500) / 1_000
 }
 
 #[cfg(test)]

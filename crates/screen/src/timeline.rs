@@ -3,6 +3,7 @@
 use std::{collections::HashSet, time::Duration};
 
 use ratelab::{Head, MessageId, Time, Topology};
+use ratelab_experiment::cause::upstream;
 use ratelab_metrics::{Chain, Lineage, PushInForce, TickWait, WaitsFor};
 use ratelab_system::PlanBar;
 
@@ -246,23 +247,6 @@ fn order(lineage: &Lineage, acts: usize) -> Vec<usize> {
         .collect();
     order.extend(others);
     order
-}
-
-/// Returns `last` and the nodes whose messages reach it, the nearest first.
-pub fn upstream(topology: &Topology, last: usize) -> Vec<usize> {
-    let mut path = vec![last];
-    let mut next = 0;
-    while let Some(&reader) = path.get(next) {
-        let topics = topology.topics.iter();
-        let read = topics.filter(|topic| topic.readers.contains(&reader));
-        for node in read.flat_map(|topic| topic.publishers.iter().copied()) {
-            if !path.contains(&node) {
-                path.push(node);
-            }
-        }
-        next += 1;
-    }
-    path
 }
 
 /// Its lanes.

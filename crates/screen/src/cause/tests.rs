@@ -2,14 +2,18 @@
 
 use std::{sync::Arc, time::Duration};
 
-use ratelab::{Head, Knob, MessageId, TickId, TickTiming, Time, TimedKnob};
+use ratelab::{Head, Knob, KnobKind, MessageId, TickId, TickTiming, Time, TimedKnob};
 use ratelab_cart_pole::CartPole;
-use ratelab_experiment::{Config, Experiment, Summary, mean_parts};
-use ratelab_metrics::{Snapshot, TickCauses, TickRecord, TopicRead};
-use ratelab_system::{AgeLimits, Setup, System};
+use ratelab_experiment::{
+    Config, Experiment, Summary,
+    cause::{AgeData, AgeOwner, Facts, Hang, Strain, Trial, latest},
+    mean_parts,
+};
+use ratelab_metrics::{Lineage, Snapshot, TickCauses, TickRecord, TopicRead};
+use ratelab_system::{AgeLimits, Setup, System, acting};
 
-use super::*;
 use crate::{
+    knobs::RATE_KEYS,
     lineage_taps::LineageTaps,
     tests::{
         kit::{config, rows},
@@ -106,6 +110,7 @@ fn with_facts<R>(
         hangs: &Hang::at_the_start(setup),
         plan: None,
         live: false,
+        rate_keys: RATE_KEYS,
     })
 }
 

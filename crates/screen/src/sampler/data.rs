@@ -3,14 +3,13 @@
 use std::time::Duration;
 
 use ratelab::{Event, Time};
-use ratelab_experiment::mean_parts;
+use ratelab_experiment::{cause::Facts, mean_parts};
 use ratelab_metrics::{NodeAccount, TopicAccount};
 use ratelab_system::{System, acting};
 
 use super::standing::RunMoment;
 use crate::{
     age::{PARTS, PushData, PushSentence, UNKNOWN},
-    cause::Facts,
     frame::{NodeData, Quantiles, TopicData},
     knobs::in_words,
     lineage_taps::dots,

@@ -9,7 +9,10 @@ use std::{
 };
 
 use ratelab::{ClockExit, Event, Head, KnobKind, Time, TimedKnob};
-use ratelab_experiment::Config;
+use ratelab_experiment::{
+    Config,
+    cause::{Facts, Hang, late},
+};
 use ratelab_metrics::{LATELY, Rows, Snapshot};
 use ratelab_system::{AgeLimits, Setup, System, Verdict, depends_on_the_world, names, plant};
 
@@ -19,10 +22,10 @@ use standing::RunMoment;
 use super::{
     age::AgeData,
     asked::Asked,
-    cause::{CureTrials, Facts, Hang, late},
+    cause::CureTrials,
     figures::Figures,
-    frame::{FrameData, Ghost, LatencyData, SignalTrace, TRACE_S},
-    knobs::{first_node, setting},
+    frame::{FrameData, Ghost, LatencyData, PlanData, SignalTrace, TRACE_S},
+    knobs::{RATE_KEYS, first_node, setting},
     plan::Plans,
     push_age::PushAges,
     run::{RunDigest, RunSource, WatchedRows, signal, signal_is_push_age},
@@ -100,9 +103,10 @@ impl Sampler {
                 lineage,
                 age,
                 late: late(system, &graph, lineage, age),
-                plan: plan.as_ref(),
+                plan: plan.as_ref().map(PlanData::facts),
                 hangs: &hangs,
                 live: session.live(),
+                rate_keys: RATE_KEYS,
             },
             state: &self.state,
             state_at: self.state_at,

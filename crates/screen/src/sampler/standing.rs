@@ -3,12 +3,13 @@
 use std::time::Duration;
 
 use ratelab::{ClockExit, KnobKind, Time};
+use ratelab_experiment::cause::{Facts, Trial};
 use ratelab_metrics::{NodeAccount, TopicAccount};
 use ratelab_system::{Silence, Verdict, VerdictKind, acting, plant};
 
 use crate::{
     age::Strain,
-    cause::{CureTrials, Facts, Trial},
+    cause::CureTrials,
     frame::{Health, Standing, VerdictData},
     knobs::first_node,
     run::RunSource,

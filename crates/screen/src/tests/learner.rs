@@ -1,10 +1,11 @@
 //! What the screen tells a learner before the first prediction: not one answer.
 
 use exercises::{framework::Brief, questions};
+use ratelab_experiment::millis::number;
 use ratelab_system::{Setup, System};
 
 use super::*;
-use crate::{course::PanelAction, frame::Health, sentence::number};
+use crate::{course::PanelAction, frame::Health};
 
 /// The measured answers for the number 0. The tests of the manual keep this page true.
 const ANSWERS: &str = include_str!("../../../../docs/answers.md");

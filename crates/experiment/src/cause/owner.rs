@@ -1,17 +1,17 @@
 //! The owner of each part of an age, and so the knob that cures it.
 
-use std::time::Duration;
+use std::{ops::Range, time::Duration};
 
 use ratelab::{Head, Knob, KnobKind, Time, TimedKnob};
-use ratelab_experiment::mean_parts;
 use ratelab_metrics::{AgeStage, NodeAccount, TracedTick};
+use ratelab_system::Setup;
 
-use super::{AgeOwner, Facts, Hang};
-use crate::figures::mean;
+use super::{AgeOwner, Facts};
+use crate::{mean_parts, millis::mean};
 
 impl Facts<'_> {
     /// Returns the owners of the push age of `node`, each with its mean part, the largest first.
-    pub fn owners(&self, node: usize) -> Vec<(AgeOwner, Duration)> {
+    pub(super) fn owners(&self, node: usize) -> Vec<(AgeOwner, Duration)> {
         let mut owners: Vec<(AgeOwner, f64)> = Vec::new();
         for (stage, ns) in mean_parts(self.lineage, node, self.late.0, self.late.1) {
             let Some(owner) = self.owner(stage, ns) else {
@@ -100,7 +100,7 @@ impl Facts<'_> {
     }
 
     /// Returns the duration of the longest recent hang of a node.
-    pub fn hang(&self, node: usize) -> Option<Duration> {
+    pub(super) fn hang(&self, node: usize) -> Option<Duration> {
         let view = &self.graph.nodes[node];
         let recent = |hang: &&Hang| {
             let span = hang.span(view.hz.period());
@@ -112,7 +112,7 @@ impl Facts<'_> {
 
     /// Returns why nothing came through, from the sensing on: the nodes and topics of `path` that
     /// stand in the way.
-    pub fn unreached(&self, path: &[usize]) -> Vec<AgeOwner> {
+    pub(super) fn unreached(&self, path: &[usize]) -> Vec<AgeOwner> {
         let nodes = path.iter().filter_map(|node| {
             let view = &self.graph.nodes[*node];
             match (view.crashed, view.busy) {
@@ -132,13 +132,13 @@ impl Facts<'_> {
     }
 
     /// Returns how many of a topic's recent messages were lost on its link, and of how many.
-    pub fn lost(&self, topic: usize) -> (usize, usize) {
+    pub(super) fn lost(&self, topic: usize) -> (usize, usize) {
         let lost = self.recent(topic).filter(|sent| sent.arrives.is_none());
         (lost.count(), self.recent(topic).count())
     }
 
     /// Recent mean delay on the link of a topic.
-    pub fn delay(&self, topic: usize) -> Duration {
+    pub(super) fn delay(&self, topic: usize) -> Duration {
         let delays = self
             .recent(topic)
             .filter_map(|sent| Some(sent.arrives?.since(sent.at)));
@@ -160,7 +160,7 @@ impl Facts<'_> {
     }
 
     /// Recent mean interval between the ticks of a node.
-    pub fn interval(&self, node: usize) -> Duration {
+    pub(super) fn interval(&self, node: usize) -> Duration {
         let begun: Vec<Time> = self.ticks(node).map(|worked| worked.tick.at).collect();
         match (&begun[..], u32::try_from(begun.len().saturating_sub(1))) {
             ([newest, .., oldest], Ok(intervals)) => newest.since(*oldest) / intervals,
@@ -170,7 +170,7 @@ impl Facts<'_> {
 
     /// Returns the period of a node, or the recent mean interval between its ticks if that is much
     /// longer, as just after a change of its rate.
-    pub fn pace(&self, node: usize) -> Duration {
+    pub(super) fn pace(&self, node: usize) -> Duration {
         let (period, interval) = (self.graph.nodes[node].hz.period(), self.interval(node));
         if interval > period * 2 {
             interval
@@ -180,7 +180,7 @@ impl Facts<'_> {
     }
 
     /// Returns when the rate of a node was set, if that was within the stretch.
-    pub fn rate_changed(&self, node: usize) -> Option<Time> {
+    pub(super) fn rate_changed(&self, node: usize) -> Option<Time> {
         let name = &*self.graph.nodes[node].name;
         let of_node =
             |timed: &&TimedKnob| timed.knob.kind() == KnobKind::Rate && timed.knob.target() == name;
@@ -199,7 +199,7 @@ impl Facts<'_> {
     /// Recent time in ticks of a node. A tick in progress counts from one period after
     /// the end of the previous one. Under the real clock a tick may act at its start and
     /// be busy for longer.
-    pub fn busy(&self, node: usize) -> Duration {
+    pub(super) fn busy(&self, node: usize) -> Duration {
         let ends = |worked: &TracedTick| {
             let tick = &worked.tick;
             let acted = tick.ends.unwrap_or(self.late.1);
@@ -244,7 +244,44 @@ impl Facts<'_> {
     }
 
     /// Returns the length of the stretch.
-    pub fn time(&self) -> Duration {
+    pub(super) fn time(&self) -> Duration {
         self.late.1.since(self.late.0)
+    }
+}
+
+/// A tick that a knob makes long.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Hang {
+    /// Run time of the knob: the tick is the next one.
+    pub at: Time,
+    /// The node.
+    pub node: String,
+    /// Duration of the tick.
+    pub cost: Duration,
+}
+
+impl Hang {
+    /// Returns the hang that `timed` causes, if any.
+    pub fn from_knob(timed: &TimedKnob) -> Option<Self> {
+        match &timed.knob {
+            Knob::Hang { node, cost } => Some(Self {
+                at: timed.at,
+                node: node.clone(),
+                cost: *cost,
+            }),
+            _ => None,
+        }
+    }
+
+    /// Returns the hangs that a run with `setup` begins with.
+    pub fn at_the_start(setup: &Setup) -> Vec<Self> {
+        let at = Time::ZERO;
+        let knobs = setup.iter().cloned().map(|knob| TimedKnob { at, knob });
+        knobs.filter_map(|timed| Self::from_knob(&timed)).collect()
+    }
+
+    /// Returns when it may be going on, for a node with this `period`.
+    pub fn span(&self, period: Duration) -> Range<Time> {
+        self.at..self.at + period + self.cost
     }
 }

@@ -1,50 +1,11 @@
-//! Hangs that knobs have caused, and the run again without its causes: only what was tried is said
-//! to mend it.
+//! The run again without its causes: only what was tried is said to mend it.
 
-use std::{ops::Range, sync::Arc, time::Duration};
+use std::{sync::Arc, time::Duration};
 
-use ratelab::{ClockKind, Knob, Speed, Time, TimedKnob};
-use ratelab_experiment::{Config, Experiment, Summary};
-use ratelab_system::{Setup, System, WorldKind};
+use ratelab::{ClockKind, Knob, Speed, Time};
+use ratelab_system::{Setup, System};
 
-use crate::asked::Asked;
-
-/// A tick that a knob makes long.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Hang {
-    /// Run time of the knob: the tick is the next one.
-    pub at: Time,
-    /// The node.
-    pub node: String,
-    /// Duration of the tick.
-    pub cost: Duration,
-}
-
-impl Hang {
-    /// Returns the hang that `timed` causes, if any.
-    pub fn from_knob(timed: &TimedKnob) -> Option<Self> {
-        match &timed.knob {
-            Knob::Hang { node, cost } => Some(Self {
-                at: timed.at,
-                node: node.clone(),
-                cost: *cost,
-            }),
-            _ => None,
-        }
-    }
-
-    /// Returns the hangs that a run with `setup` begins with.
-    pub fn at_the_start(setup: &Setup) -> Vec<Self> {
-        let at = Time::ZERO;
-        let knobs = setup.iter().cloned().map(|knob| TimedKnob { at, knob });
-        knobs.filter_map(|timed| Self::from_knob(&timed)).collect()
-    }
-
-    /// Returns when it may be going on, for a node with this `period`.
-    pub fn span(&self, period: Duration) -> Range<Time> {
-        self.at..self.at + period + self.cost
-    }
-}
+use crate::{Config, Experiment, Summary};
 
 /// Run time of a trial, at least and at most; in between, twice that of the run.
 const LENGTH: [Duration; 2] = [Duration::from_secs(10), Duration::from_secs(60)];
@@ -83,6 +44,11 @@ impl Trial {
         Self { system, config }
     }
 
+    /// Returns the configuration of the run without a cure.
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
     /// Executes it without a cure and with some of `cures`; `None` if without one it is
     /// not lost, so that nothing is proven.
     pub fn run(&self, cures: &[Knob]) -> Option<Tried> {
@@ -99,11 +65,8 @@ impl Trial {
         let needed = enough.map(|count| {
             let mut needed = all[..count].to_vec();
             for index in (0..count).rev() {
-                let rest: Vec<usize> = needed
-                    .iter()
-                    .copied()
-                    .filter(|other| *other != index)
-                    .collect();
+                let rest = needed.iter().copied().filter(|other| *other != index);
+                let rest: Vec<usize> = rest.collect();
                 if stands(&rest) {
                     needed = rest;
                 }
@@ -127,27 +90,5 @@ impl Trial {
             .extend(some.iter().map(|index| cures[*index].clone()));
         let experiment = Experiment::new(self.system.clone(), &config).ok()?;
         experiment.run().ok()
-    }
-}
-
-/// A run and the cures that are tried in it.
-type CuredRun = (Setup, WorldKind, Vec<Knob>);
-
-/// Trials in the background, one at a time.
-pub type CureTrials = Asked<CuredRun, Option<Tried>>;
-
-impl CureTrials {
-    /// Returns the outcome of `trial` with `cures`, as far as known; `over` if the run has ended.
-    pub fn follow(&mut self, trial: Trial, cures: Vec<Knob>, over: bool) -> Option<&Tried> {
-        if cures.is_empty() {
-            return None;
-        }
-        self.receive(false);
-        let run = (trial.config.setup.clone(), trial.config.world, cures);
-        if !self.is(&run) && !self.is_coming() {
-            self.ask(run.clone(), move |(_, _, cures)| trial.run(cures));
-        }
-        self.receive(over);
-        self.answer_to(&run)?.as_ref()
     }
 }

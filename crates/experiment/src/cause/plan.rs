@@ -1,8 +1,26 @@
 //! The causes that come of how actions are planned ahead, or of what no plan knows.
 
+use std::time::Duration;
+
+use ratelab::Time;
 use ratelab_system::Spoiler;
 
 use super::{AgeOwner, Facts};
+
+/// The newest plan and its playing, as far as they tell why a run is lost.
+#[derive(Clone, Copy, Debug)]
+pub struct PlanFacts {
+    /// Number of its actions.
+    pub actions: usize,
+    /// Run time of the last moment without an action.
+    pub stalled: Option<Time>,
+    /// Number of actions that it takes until the next plan is there.
+    pub needed: usize,
+    /// The time from its making on after which it was taken.
+    pub delay: Duration,
+    /// The last expected delay with an error of an action's period or more, and the real one.
+    pub missed: Option<[Duration; 2]>,
+}
 
 impl Facts<'_> {
     /// Returns what may be wrong with the plans and their playing; nothing without plans.
@@ -31,8 +49,10 @@ impl Facts<'_> {
     /// Returns the parameters in force that may spoil the run.
     pub(super) fn spoiled(&self) -> Vec<AgeOwner> {
         let planning = self.system.robot().planning();
-        let spoilers = planning.map_or(&[][..], |planning| planning.spoilers);
-        let spoilers = spoilers.iter().enumerate();
+        let spoilers = planning
+            .map_or(&[][..], |planning| planning.spoilers)
+            .iter()
+            .enumerate();
         let wrong = spoilers.filter(|(_, spoiler)| self.value(spoiler) != spoiler.sound);
         let owner = |(number, spoiler): (usize, &Spoiler)| {
             let node = self.lineage.topology().node(spoiler.node)?;

@@ -4,13 +4,13 @@ use std::time::Duration;
 
 use ratelab::{Hz, Knob, KnobKind};
 use ratelab_metrics::AgeStage;
-use ratelab_system::{Spoiler, System, acting};
+use ratelab_system::{Spoiler, acting};
 
 use super::{Facts, Tried};
-use crate::sentence::{ms, number};
-
-/// The keys that raise the rates of the first aliases.
-const RATE_KEYS: [char; 2] = [']', '}'];
+use crate::{
+    candidates,
+    millis::{ms, number},
+};
 
 /// Recent messages of a link from which on a share of them is told.
 const ENOUGH: usize = 100;
@@ -46,9 +46,8 @@ pub enum AgeOwner {
     },
 }
 
-/// The knob that takes a reason away, with `{}` for the name of its place, and how the age
-/// arose.
-type CauseRule = (Option<&'static str>, fn(&Facts<'_>, AgeOwner) -> String);
+/// The kind of the knob that takes a reason away, and how the age arose.
+type CauseRule = (Option<KnobKind>, fn(&Facts<'_>, AgeOwner) -> String);
 
 impl AgeOwner {
     /// Returns the index of its node, or of its topic.
@@ -75,26 +74,26 @@ impl AgeOwner {
     fn rule(self) -> CauseRule {
         match self {
             Self::Rate(_) => (None, slow_pace),
-            Self::Stage(AgeStage::Cost(_)) => (Some("takes {} none"), long_ticks),
-            Self::Hang(_) => (Some("hang {} 0"), |facts, of| {
+            Self::Stage(AgeStage::Cost(_)) => (Some(KnobKind::Takes), long_ticks),
+            Self::Hang(_) => (Some(KnobKind::Hang), |facts, of| {
                 let (name, took) = (facts.name(of), facts.hang(of.place()).unwrap_or_default());
                 let took = ms(took);
                 format!("the age arose in the {name}: it hung, one tick took {took}")
             }),
-            Self::Late(_) => (Some("wakes {} none"), |facts, of| {
+            Self::Late(_) => (Some(KnobKind::Wakes), |facts, of| {
                 format!("the age arose in the {}: it wakes late", facts.name(of))
             }),
             Self::Stage(AgeStage::Executor(_)) => (None, busy_executor),
-            Self::Crash(_) => (Some("restart {}"), end_of_messages),
-            Self::Clock(_) => (Some("clock {} 0 0"), |facts, of| {
+            Self::Crash(_) => (Some(KnobKind::Restart), end_of_messages),
+            Self::Clock(_) => (Some(KnobKind::Clock), |facts, of| {
                 let (name, every) = (facts.name(of), ms(facts.interval(of.place())));
                 format!("the age arose in the {name}: by its wrong clock it ticks every {every}")
             }),
-            Self::Phase(_) => (Some("offset {} 0"), |_, _| {
+            Self::Phase(_) => (Some(KnobKind::Offset), |_, _| {
                 "the age arose as messages wait for ticks".to_owned()
             }),
-            Self::Stage(AgeStage::Link(_)) => (Some("link {} none"), slow_link),
-            Self::Stage(AgeStage::Queue(_)) => (Some("read {} newest"), |facts, of| {
+            Self::Stage(AgeStage::Link(_)) => (Some(KnobKind::Link), slow_link),
+            Self::Stage(AgeStage::Queue(_)) => (Some(KnobKind::Read), |facts, of| {
                 let (name, depth) = (facts.name(of), facts.graph.topics[of.place()].depth);
                 format!(
                     "the age arose in the queue of {name}: it is read from the old end, {depth} \
@@ -192,7 +191,7 @@ fn late_match(facts: &Facts<'_>, of: AgeOwner) -> String {
 /// Stalls, and how long the plans are.
 fn no_action(facts: &Facts<'_>, of: AgeOwner) -> String {
     let (name, plan) = (facts.name(of), facts.plan);
-    let [actions, needed] = plan.map_or([0; 2], |plan| [plan.actions.len(), plan.needed]);
+    let [actions, needed] = plan.map_or([0; 2], |plan| [plan.actions, plan.needed]);
     format!(
         "the age arose in the {name}: it had no action, as plans have {actions} and the next one \
          came after {needed}"
@@ -224,7 +223,7 @@ fn slow_link(facts: &Facts<'_>, owner: AgeOwner) -> String {
 
 impl Facts<'_> {
     /// Returns the name of the node or the topic of `owner`.
-    pub(super) fn name(&self, owner: AgeOwner) -> &str {
+    pub fn name(&self, owner: AgeOwner) -> &str {
         match owner {
             AgeOwner::Stage(stage) => stage.owner(self.lineage.topology()),
             _ => &self.graph.nodes[owner.place()].name,
@@ -235,7 +234,7 @@ impl Facts<'_> {
     pub(super) fn cure(&self, owner: AgeOwner) -> Option<Knob> {
         let name = self.name(owner);
         let (remedy, _) = owner.rule();
-        let remedy = remedy.and_then(|knob| knob.replace("{}", name).parse().ok());
+        let remedy = remedy.and_then(|kind| candidates::without(kind, name));
         match owner {
             AgeOwner::Rate(_) => self.usual_rate(name).or_else(|| self.twice_the_rate(owner)),
             AgeOwner::Stall(_) => Some((self.system.robot().planning()?.longer)(self.plan?.needed)),
@@ -281,8 +280,8 @@ impl Facts<'_> {
     fn twice_the_rate(&self, owner: AgeOwner) -> Option<Knob> {
         let (node, view) = (owner.place(), &self.graph.nodes[owner.place()]);
         let is_timed = view.triggers.is_empty();
-        let (_, key) = rate_setting(self.system, &view.name);
-        let hz = Hz::new(view.hz.get() * 2.0).ok()?;
+        let (_, key) = self.rate_setting(&view.name);
+        let hz = candidates::twice(view.hz)?;
         (is_timed && key.is_none() && self.has_time(node)).then(|| Knob::Rate {
             node: view.name.to_string(),
             hz,
@@ -339,7 +338,7 @@ impl Facts<'_> {
         place: Option<usize>,
     ) -> Option<String> {
         let name = self.name(owner);
-        let (setting, key) = rate_setting(self.system, name);
+        let (setting, key) = self.rate_setting(name);
         let is_its_rate = |knob: &_| Knob::kind(knob) == KnobKind::Rate && knob.target() == name;
         let raised = self.turned().iter().any(is_its_rate)
             && self.pace(owner.place()) > self.graph.nodes[owner.place()].hz.period();
@@ -365,6 +364,19 @@ impl Facts<'_> {
             node: node.name.to_string(),
             hz,
         })) == self.overloads(None)
+    }
+
+    /// Returns the name of the rate of `node`, and the key that raises it.
+    fn rate_setting(&self, node: &str) -> (String, Option<char>) {
+        let aliases = self.system.knobs().aliases().iter();
+        let mut rates = aliases
+            .filter(|alias| alias.kind() == KnobKind::Rate)
+            .enumerate();
+        let alias = rates.find(|(_, alias)| alias.knobs == [(KnobKind::Rate, node)]);
+        match alias {
+            Some((number, alias)) => (alias.name.to_owned(), self.rate_keys.get(number).copied()),
+            None => (format!("rate {node}"), None),
+        }
     }
 
     /// Returns the share of `owner` in the age, in parentheses.
@@ -416,19 +428,6 @@ fn losses((lost, sent): (usize, usize)) -> Option<String> {
             format!("loses {:.0} % of {sent} messages", share())
         }
     })
-}
-
-/// Returns the name of the rate of `node`, and the key that raises it.
-fn rate_setting(system: &dyn System, node: &str) -> (String, Option<char>) {
-    let aliases = system.knobs().aliases().iter();
-    let mut rates = aliases
-        .filter(|alias| alias.kind() == KnobKind::Rate)
-        .enumerate();
-    let alias = rates.find(|(_, alias)| alias.knobs == [(KnobKind::Rate, node)]);
-    match alias {
-        Some((number, alias)) => (alias.name.to_owned(), RATE_KEYS.get(number).copied()),
-        None => (format!("rate {node}"), None),
-    }
 }
 
 #[cfg(test)]
