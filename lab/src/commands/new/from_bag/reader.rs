@@ -8,6 +8,9 @@ use super::{
     unsure,
 };
 
+/// The part of a period by which a tick may wait for what it read in the bag.
+const SLIGHTLY_LATE: f64 = 0.05;
+
 /// The part of the outputs of a timer below which it does not repeat what it published.
 const NO_REPEATS: f64 = 0.005;
 
@@ -245,7 +248,8 @@ impl TimerTicks {
                     ticks.push(free - start, 0.0);
                     continue;
                 }
-                if (0.0..=grid.early).contains(&(arrived - start)) {
+                let may_wait = grid.early.max(SLIGHTLY_LATE * grid.period);
+                if (0.0..=may_wait).contains(&(arrived - start)) {
                     // Constant costs are their mean: that may deliver it a little later.
                     start = arrived + 0.02e6;
                     late = start - due;
