@@ -4,7 +4,7 @@ use std::{fs, path::Path, sync::Arc};
 
 use ratelab::Hz;
 use ratelab_plant::{BearableDelay, RobotPlant};
-use ratelab_system::{System, graph_file::GraphFile};
+use ratelab_system::{KnobText, System, graph_file::GraphFile};
 use tempfile::TempDir;
 
 use crate::{clone::root, support::*};
@@ -381,6 +381,14 @@ fn a_robot_that_no_limit_holds_is_told_before_the_run() {
         ["nothing holds spin: limits = { \"spin\" = inf }"]
     );
     assert_eq!(warnings("limits = { spin = inf }"), [""; 0]);
+}
+
+#[test]
+fn the_noise_of_the_sensor_is_a_knob_with_and_without_its_node() {
+    let robot = plant(&fixture("double"), "");
+    let knobs = |text| KnobText(robot.knobs().aliases()).parse(text).expect(text);
+    assert_eq!(knobs("noise sensor 0.01"), knobs("noise 0.01"));
+    assert_eq!(knobs("noise 0.01"), knobs("set sensor noise 0.01"));
 }
 
 #[test]

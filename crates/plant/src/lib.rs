@@ -13,6 +13,7 @@
 
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 
+mod aliases;
 mod defect;
 mod files;
 mod gains;
@@ -23,7 +24,9 @@ mod nodes;
 mod reference;
 mod robot;
 mod rounding;
+mod signals;
 mod system;
+mod tally;
 mod theory;
 mod world;
 
@@ -35,6 +38,7 @@ pub use defect::PlantDefect;
 pub use linear::LinearRobot;
 pub use model::RobotModel;
 pub use model_error::RobotModelError;
+pub use nodes::{ACTUATOR, POLICY};
 pub use system::RobotPlant;
 pub use theory::BearableDelay;
 

@@ -28,10 +28,10 @@ pub(crate) const STATE: &str = "/state";
 pub(crate) const SENSOR: &str = "sensor";
 
 /// Name of the node that decides.
-pub(crate) const POLICY: &str = "policy";
+pub const POLICY: &str = "policy";
 
 /// Name of the node that moves the plant.
-pub(crate) const ACTUATOR: &str = "actuator";
+pub const ACTUATOR: &str = "actuator";
 
 /// Name of the actuator's meter of the age of the sensing behind its controls.
 pub(crate) const SENSE_TO_ACT: &str = "sense→act";

@@ -7,16 +7,10 @@ use std::{
 };
 
 use nalgebra::DMatrix;
-use ratelab::{
-    ClockExit, Hz, Knob,
-    KnobKind::{Depth, Parameter, Rate, Send, Takes},
-    Tick, Time,
-    sync::lock,
-};
+use ratelab::{ClockExit, Hz, Knob, Tick, Time, sync::lock};
 use ratelab_system::{
-    About, AgeLimits, Alias, BuildError, Builder, FigureValue, Group, Judge, PlantRecord,
-    RobotInfo, RunTally, Setup, Signal, SignalValue, System, SystemFigure, SystemKnobs, Verdict,
-    VerdictKind, WORLD,
+    About, AgeLimits, Alias, BuildError, Builder, Group, Judge, PlantRecord, RobotInfo, RunTally,
+    Setup, Signal, System, SystemKnobs, Verdict, VerdictKind, WORLD,
     graph_file::{PLANT, PLANT_POLICIES, PlantSpec},
     names::key,
     overload,
@@ -24,12 +18,14 @@ use ratelab_system::{
 
 use crate::{
     PlantDefect,
-    model::{JointKind, RobotModel},
+    aliases::ALIASES,
+    model::RobotModel,
     nodes::{
         ACTION, ACTUATOR, Law, NOISE, OBS, POLICY, RobotActuator, RobotPolicy, RobotSensor,
         SENSE_TO_ACT, SENSOR, STATE, SensorNoise,
     },
     robot::{LossCause, Robot, SharedRobot},
+    tally::RobotTally,
     theory::BearableDelay,
     world::{FreeRobot, JUDGED_NS, RobotRow},
 };
@@ -40,59 +36,6 @@ const STOOD: VerdictKind = VerdictKind::held("stood", "STOOD (within its limits 
 /// The robot was within its limits when a command stopped the run.
 const STOPPED: VerdictKind =
     VerdictKind::held("stopped", "STOPPED at {at} (within its limits so far)");
-
-/// The names of its knobs, in the order of the help.
-const ALIASES: &[Alias] = &[
-    Alias {
-        name: "control-hz",
-        knobs: &[(Rate, POLICY)],
-        default: "50",
-        choices: &[],
-        help: "How often the policy decides",
-    },
-    Alias {
-        name: "sensor-hz",
-        knobs: &[(Rate, SENSOR)],
-        default: "50",
-        choices: &[],
-        help: "How often the sensor publishes",
-    },
-    Alias {
-        name: "actuator-hz",
-        knobs: &[(Rate, ACTUATOR)],
-        default: "50",
-        choices: &[],
-        help: "How often the actuator applies the newest controls",
-    },
-    Alias {
-        name: "queue-depth",
-        knobs: &[(Depth, OBS), (Depth, ACTION)],
-        default: "1",
-        choices: &[],
-        help: "How many messages /obs and /action keep",
-    },
-    Alias {
-        name: "policy",
-        knobs: &[(Send, POLICY)],
-        default: PLANT_POLICIES[0],
-        choices: &PLANT_POLICIES,
-        help: "The policy: lqr, made from the model; hold, the controls of the pose; or zero",
-    },
-    Alias {
-        name: "think-ms",
-        knobs: &[(Takes, POLICY)],
-        default: "none",
-        choices: &[],
-        help: "The time that the policy takes to decide (ms): 30, 60..110, lognormal:30,90, recorded:FILE, file:CSV or drawn:CSV",
-    },
-    Alias {
-        name: NOISE,
-        knobs: &[(Parameter, "sensor noise")],
-        default: "0",
-        choices: &[],
-        help: "Standard deviation of what is added to each coordinate and speed of a reading (m, rad, m/s, rad/s)",
-    },
-];
 
 /// A robot of an MJCF file, with a controller that is made from its model.
 pub struct RobotPlant {
@@ -181,6 +124,33 @@ impl RobotPlant {
         }
     }
 
+    /// Returns the lowest whole rate from which deviations grow at none up to `hz` (Hz), each with the
+    /// gains for it; `None` where they grow at all rates.
+    pub fn lowest_rate(&self, hz: Hz) -> Option<f64> {
+        let is_steady = |rate: &f64| {
+            let law = Hz::new(*rate)
+                .ok()
+                .and_then(|hz| self.law(PLANT_POLICIES[0], hz).ok());
+            let grows = |gains: &DMatrix<f64>| self.robot.grows(gains, 1.0 / rate);
+            matches!(law, Some(Law::Lqr(gains)) if !grows(&gains))
+        };
+        let rates = (1..=hz.get().ceil() as u64).rev().map(|rate| rate as f64);
+        rates.take_while(is_steady).last()
+    }
+
+    /// The limit of the coordinates that the file names none for; `None` if it names all.
+    pub fn other_limit(&self) -> Option<f64> {
+        let (spec, groups) = (&self.robot.spec, self.robot.model.groups());
+        let is_named = |group: &&str| spec.limits.iter().any(|(name, _)| name == group);
+        let is_complete = groups.iter().all(is_named);
+        (!is_complete).then(|| spec.limit("*"))
+    }
+
+    /// Whether contacts hold the robot: in a run they may open, which theory does not see.
+    pub fn is_touching(&self) -> bool {
+        self.robot.is_touching()
+    }
+
     /// The notes on what nothing holds under these gains.
     fn notes(&self, gains: &DMatrix<f64>, hz: Hz) -> Vec<String> {
         let mut known = lock(&self.notes);
@@ -208,86 +178,6 @@ impl RobotPlant {
         let hz = setup.rate(POLICY).unwrap_or(spec.rate);
         let name = setup.message(POLICY).unwrap_or(&spec.policy);
         Ok((self.law(name, hz)?, hz))
-    }
-
-    /// The plots: joints with one coordinate and a limit, then the controls.
-    fn coordinate_signals(&self) -> Vec<Signal> {
-        let (robot, controls) = (&self.robot, self.robot.half.len());
-        let [_, count, ..] = robot.model.sizes();
-        let entry =
-            |index: usize| SignalValue::new(move |row| row.get(index).copied().unwrap_or(f64::NAN));
-        let joints = robot
-            .model
-            .joints
-            .iter()
-            .filter(|joint| joint.numbers() == [1, 1]);
-        let joints = joints.filter_map(|joint| {
-            let index = (0..count).find(|index| robot.model.coordinates[*index] == joint.name)?;
-            let (limit, here) = (robot.limits[index], robot.at.positions[joint.position]);
-            let is_angle = joint.kind == JointKind::Hinge;
-            let widest = if limit.is_finite() { 1.2 * limit } else { 1.0 };
-            Some(Signal {
-                name: joint.name.clone().into(),
-                unit: if is_angle { "rad" } else { "m" }.into(),
-                topic: STATE.into(),
-                value: entry(controls + joint.position),
-                limits: limit.is_finite().then_some([here - limit, here + limit]),
-                range: [here - widest, here + widest],
-            })
-        });
-        let pushes = self.control_names().into_iter().enumerate();
-        let pushes = pushes.map(|(index, name)| {
-            let (at, half) = (robot.at.controls[index], robot.half[index]);
-            let range = robot.model.range(index);
-            Signal {
-                name: name.into(),
-                unit: "".into(),
-                topic: STATE.into(),
-                value: entry(index),
-                limits: None,
-                range: range.unwrap_or([at - half, at + half]),
-            }
-        });
-        joints.chain(pushes).collect()
-    }
-
-    /// The names of the numbers of a state.
-    fn state_names(&self) -> Vec<String> {
-        let robot = &self.robot;
-        let [positions, coordinates, activations, _] = robot.model.sizes();
-        let joints = || robot.model.joints.iter();
-        let mut names = Vec::new();
-        for (joint, speeds) in joints()
-            .map(|joint| (joint, false))
-            .chain(joints().map(|joint| (joint, true)))
-        {
-            let [of_positions, of_speeds] = joint.numbers();
-            let count = if speeds { of_speeds } else { of_positions };
-            let unit = match (joint.kind, speeds) {
-                (JointKind::Slide, false) => " (m)",
-                (JointKind::Slide, true) => " (m/s)",
-                (JointKind::Hinge, false) => " (rad)",
-                (JointKind::Hinge | JointKind::Ball, true) => " (rad/s)",
-                _ => "",
-            };
-            let what = if speeds { "speed" } else { "position" };
-            for number in 1..=count {
-                let number = if count == 1 {
-                    String::new()
-                } else {
-                    format!(" {number}")
-                };
-                names.push(format!("{} {what}{number}{unit}", joint.name));
-            }
-        }
-        debug_assert_eq!(names.len(), positions + coordinates);
-        names.extend((1..=activations).map(|number| format!("activation {number}")));
-        names
-    }
-
-    /// The names of the controls.
-    fn control_names(&self) -> Vec<String> {
-        self.robot.model.control_names()
     }
 }
 
@@ -326,7 +216,7 @@ impl System for RobotPlant {
             .parameter(SENSOR, NOISE)
             .map(str::parse::<SensorNoise>);
         let noise = noise.transpose().map_err(setting)?.unwrap_or_default();
-        let (states, controls) = (self.state_names(), self.control_names());
+        let (states, controls) = (self.robot.state_names(), self.robot.model.control_names());
         let readings = builder.internal_topic::<RobotRow>(OBS);
         builder.record_as(readings.clone(), states.iter());
         let actions = builder.internal_topic::<RobotRow>(ACTION);
@@ -391,7 +281,7 @@ impl System for RobotPlant {
     }
 
     fn signals(&self) -> Vec<Signal> {
-        self.coordinate_signals()
+        self.robot.signals()
     }
 
     fn warnings(&self, setup: &Setup) -> Vec<String> {
@@ -448,11 +338,7 @@ impl Judge for RobotPlant {
     }
 
     fn tally(&self, _: &Setup) -> Option<Box<dyn RunTally>> {
-        Some(Box::new(RobotTally {
-            robot: self.robot.clone(),
-            sum: 0.0,
-            rows: 0,
-        }))
+        Some(Box::new(RobotTally::new(self.robot.clone())))
     }
 
     /// The mean age of pushes with the longest delay that theory allows; nothing where contacts may
@@ -501,35 +387,5 @@ impl SystemKnobs for RobotPlant {
         }
         let noise = value.parse::<SensorNoise>();
         noise.map_or_else(|why| Err(why.to_string()), |noise| Ok(noise.0.to_string()))
-    }
-}
-
-/// Adds up what the states of a run cost.
-struct RobotTally {
-    robot: SharedRobot,
-    sum: f64,
-    rows: u64,
-}
-
-impl RunTally for RobotTally {
-    fn topics(&self) -> &'static [&'static str] {
-        &[STATE]
-    }
-
-    fn message(&mut self, _: &str, row: &[f64]) {
-        if let Some(cost) = self.robot.cost(row) {
-            self.sum += cost;
-            self.rows += 1;
-        }
-    }
-
-    fn figures(&self) -> Vec<SystemFigure> {
-        let mean = (self.rows > 0).then(|| self.sum / self.rows as f64);
-        vec![SystemFigure {
-            block: None,
-            name: "plant_cost",
-            text: "mean of (x/limit)^2 + (u/half range)^2: {}",
-            value: FigureValue::Number(mean),
-        }]
     }
 }

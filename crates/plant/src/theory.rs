@@ -27,6 +27,16 @@ pub enum BearableDelay {
     Any,
 }
 
+impl BearableDelay {
+    /// The whole milliseconds, where there is a limit.
+    pub fn ms(self) -> Option<f64> {
+        match self {
+            Self::Ms(ms) => Some(ms as f64),
+            Self::None | Self::Any => None,
+        }
+    }
+}
+
 /// A mode of the closed loop: how fast it grows, and what moves in it.
 struct LoopMode {
     /// Growth (1/s); negative if it shrinks.
@@ -59,6 +69,11 @@ impl Robot {
             }
         }
         BearableDelay::Any
+    }
+
+    /// Whether deviations grow without a delay, under these gains for decisions every `period_s`.
+    pub(crate) fn grows(&self, gains: &DMatrix<f64>, period_s: f64) -> bool {
+        self.delayed(gains, period_s, 0).grows()
     }
 
     /// Returns the coordinates that nothing holds, by their indices.

@@ -57,7 +57,7 @@ impl KnobText {
             return Ok(vec![text.parse()?]);
         }
         let alias = self.alias(word).ok_or_else(|| self.unknown(word))?;
-        let value = value.trim_start();
+        let value = alias.without_node(value.trim_start());
         let words = !alias.kind().takes_words() && value.contains(char::is_whitespace);
         if value.is_empty() || words {
             return Err(KnobTextError::Shape {

@@ -93,6 +93,18 @@ impl Alias {
         knobs.map(|(kind, of)| kind.set(of, value)).collect()
     }
 
+    /// The value in a text that may name its node before, as in `noise sensor 0.1`: a parameter of
+    /// one node only.
+    pub(super) fn without_node<'t>(&self, text: &'t str) -> &'t str {
+        let [(KnobKind::Parameter, subject)] = self.knobs else {
+            return text;
+        };
+        let node = subject.split_whitespace().next().unwrap_or_default();
+        let rest = text.strip_prefix(node);
+        let rest = rest.filter(|rest| rest.starts_with(char::is_whitespace));
+        rest.map_or(text, str::trim_start)
+    }
+
     /// The initial value: from `setup`, or else the default. If its knobs have several
     /// values, that of the first.
     pub fn value(&self, setup: &Setup) -> String {

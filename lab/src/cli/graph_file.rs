@@ -20,8 +20,8 @@ use thiserror::Error;
 const ENDING: &str = "toml";
 
 /// The commands that run a graph.
-const COMMANDS: [&str; 9] = [
-    "lab", "run", "sweep", "advise", "hunt", "check", "picture", "up", NODE,
+const COMMANDS: [&str; 10] = [
+    "lab", "run", "sweep", "advise", "hunt", "margins", "check", "picture", "up", NODE,
 ];
 
 /// The command whose other arguments are names.

@@ -39,7 +39,7 @@ pub use self::{
 pub use graph::{TimingArgs, WorldArg};
 pub use recordings::{LookArgs, with_look};
 pub use run::PictureArgs;
-pub use sweep::{AdviseArgs, CheckArgs, HuntArgs};
+pub use sweep::{AdviseArgs, CheckArgs, HuntArgs, MarginsArgs};
 
 /// Headings of the groups of options.
 pub mod heading {
@@ -68,6 +68,8 @@ pub enum Command {
     Advise(AdviseArgs),
     /// Find the smallest set of faults that makes a run fail.
     Hunt(HuntArgs),
+    /// Measure how old, rare and unsure the data of a robot may be, with theory beside it.
+    Margins(MarginsArgs),
     /// Compare a graph with the limits in its file, for tests: exit code 1 if one is missed.
     Check(CheckArgs),
     /// Write an example of a graph file, or a program that runs a policy of a library.

@@ -1,4 +1,4 @@
-//! Arguments of the commands with many runs: sweep, hunt, advise and check.
+//! Arguments of the commands with many runs: sweep, hunt, advise, margins and check.
 
 use std::{num::NonZeroUsize, path::PathBuf, time::Duration};
 
@@ -199,6 +199,30 @@ pub struct CheckArgs {
     /// Write the results to this file as JUnit XML, a test for each limit.
     #[arg(long, value_name = "FILE", help_heading = heading::OUTPUT)]
     pub junit: Option<PathBuf>,
+
+    /// Print the results as JSON and nothing else.
+    #[arg(long, help_heading = heading::OUTPUT)]
+    pub json: bool,
+}
+
+/// Options of margins: the robot, and the starts that it has to survive.
+#[derive(Debug, Args)]
+pub struct MarginsArgs {
+    /// The graph.
+    #[command(flatten)]
+    pub graph: GraphArgs,
+
+    /// A run for each of these seeds: a list or a range [default: 0..9]
+    #[arg(long, value_name = "LIST", conflicts_with = "seed", allow_hyphen_values = true, help_heading = heading::GRAPH)]
+    pub seeds: Option<Axis<u64>>,
+
+    /// The share of the runs that have to go well, above 0 and up to 1.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.9, value_parser = values::share, allow_hyphen_values = true, help_heading = heading::GRAPH)]
+    pub share: f64,
+
+    /// Number of threads, without effect on the results [default: one per core]
+    #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true, help_heading = heading::TIME)]
+    pub threads: Option<NonZeroUsize>,
 
     /// Print the results as JSON and nothing else.
     #[arg(long, help_heading = heading::OUTPUT)]

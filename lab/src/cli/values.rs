@@ -42,6 +42,11 @@ pub fn milliseconds(text: &str) -> Result<Duration, ValueError> {
     Ok(Duration::from_secs_f64(ms / 1e3))
 }
 
+/// Returns a share of runs.
+pub fn share(text: &str) -> Result<f64, ValueError> {
+    number(text, "(a share)", 0.01, 1.0)
+}
+
 /// Returns what one tick of a node takes.
 pub fn hang(text: &str) -> Result<(String, Duration), ValueError> {
     let (node, ms) = split_node(text, "MS")?;

@@ -11,6 +11,7 @@ mod help;
 mod hunt;
 mod lab;
 mod look;
+mod margins;
 mod mcap_file;
 mod new;
 mod recording;
@@ -35,6 +36,7 @@ pub fn execute(program: &Program, command: Command) -> Result<(), Error> {
         Command::Sweep(args) => sweep::sweep(program, &args),
         Command::Advise(args) => advise::advise(program, &args),
         Command::Hunt(args) => hunt::hunt(program, &args),
+        Command::Margins(args) => margins::margins(program, &args),
         Command::Check(args) => check::check(program, &args),
         Command::New(args) => new::new(&args),
         Command::Look(args) => look::look(&args),

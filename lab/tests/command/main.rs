@@ -15,6 +15,7 @@ mod picture;
 #[cfg(unix)]
 mod programs;
 mod recordings;
+mod robots;
 mod run;
 mod schema;
 #[path = "../support/mod.rs"]

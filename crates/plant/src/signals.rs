@@ -1,0 +1,81 @@
+//! The numbers of a robot by name, and its plots.
+
+use ratelab_system::{Signal, SignalValue};
+
+use crate::{model::JointKind, nodes::STATE, robot::Robot};
+
+impl Robot {
+    /// The plots: joints with one coordinate and a limit, then the controls.
+    pub(crate) fn signals(&self) -> Vec<Signal> {
+        let controls = self.half.len();
+        let [_, count, ..] = self.model.sizes();
+        let entry =
+            |index: usize| SignalValue::new(move |row| row.get(index).copied().unwrap_or(f64::NAN));
+        let joints = self
+            .model
+            .joints
+            .iter()
+            .filter(|joint| joint.numbers() == [1, 1]);
+        let joints = joints.filter_map(|joint| {
+            let index = (0..count).find(|index| self.model.coordinates[*index] == joint.name)?;
+            let (limit, here) = (self.limits[index], self.at.positions[joint.position]);
+            let is_angle = joint.kind == JointKind::Hinge;
+            let widest = if limit.is_finite() { 1.2 * limit } else { 1.0 };
+            Some(Signal {
+                name: joint.name.clone().into(),
+                unit: if is_angle { "rad" } else { "m" }.into(),
+                topic: STATE.into(),
+                value: entry(controls + joint.position),
+                limits: limit.is_finite().then_some([here - limit, here + limit]),
+                range: [here - widest, here + widest],
+            })
+        });
+        let pushes = self.model.control_names().into_iter().enumerate();
+        let pushes = pushes.map(|(index, name)| {
+            let (at, half) = (self.at.controls[index], self.half[index]);
+            let range = self.model.range(index);
+            Signal {
+                name: name.into(),
+                unit: "".into(),
+                topic: STATE.into(),
+                value: entry(index),
+                limits: None,
+                range: range.unwrap_or([at - half, at + half]),
+            }
+        });
+        joints.chain(pushes).collect()
+    }
+
+    /// The names of the numbers of a state.
+    pub(crate) fn state_names(&self) -> Vec<String> {
+        let [positions, coordinates, activations, _] = self.model.sizes();
+        let joints = || self.model.joints.iter();
+        let mut names = Vec::new();
+        for (joint, speeds) in joints()
+            .map(|joint| (joint, false))
+            .chain(joints().map(|joint| (joint, true)))
+        {
+            let [of_positions, of_speeds] = joint.numbers();
+            let count = if speeds { of_speeds } else { of_positions };
+            let unit = match (joint.kind, speeds) {
+                (JointKind::Slide, false) => " (m)",
+                (JointKind::Slide, true) => " (m/s)",
+                (JointKind::Hinge, false) => " (rad)",
+                (JointKind::Hinge | JointKind::Ball, true) => " (rad/s)",
+                _ => "",
+            };
+            let what = if speeds { "speed" } else { "position" };
+            for number in 1..=count {
+                let number = if count == 1 {
+                    String::new()
+                } else {
+                    format!(" {number}")
+                };
+                names.push(format!("{} {what}{number}{unit}", joint.name));
+            }
+        }
+        debug_assert_eq!(names.len(), positions + coordinates);
+        names.extend((1..=activations).map(|number| format!("activation {number}")));
+        names
+    }
+}

@@ -1,0 +1,46 @@
+//! What a run of a robot cost.
+
+use ratelab_system::{FigureValue, RunTally, SystemFigure};
+
+use crate::{nodes::STATE, robot::SharedRobot};
+
+/// Adds up what the states of a run cost.
+pub(crate) struct RobotTally {
+    robot: SharedRobot,
+    sum: f64,
+    rows: u64,
+}
+
+impl RobotTally {
+    /// Creates one for a run of `robot`, without a state so far.
+    pub(crate) fn new(robot: SharedRobot) -> Self {
+        Self {
+            robot,
+            sum: 0.0,
+            rows: 0,
+        }
+    }
+}
+
+impl RunTally for RobotTally {
+    fn topics(&self) -> &'static [&'static str] {
+        &[STATE]
+    }
+
+    fn message(&mut self, _: &str, row: &[f64]) {
+        if let Some(cost) = self.robot.cost(row) {
+            self.sum += cost;
+            self.rows += 1;
+        }
+    }
+
+    fn figures(&self) -> Vec<SystemFigure> {
+        let mean = (self.rows > 0).then(|| self.sum / self.rows as f64);
+        vec![SystemFigure {
+            block: None,
+            name: "plant_cost",
+            text: "mean of (x/limit)^2 + (u/half range)^2: {}",
+            value: FigureValue::Number(mean),
+        }]
+    }
+}

@@ -1,0 +1,99 @@
+//! What gets worse for a robot, step by step.
+
+use ratelab::Knob;
+
+use crate::error::Error;
+
+/// Something that gets worse step by step.
+pub struct MarginAxis {
+    /// Its name for programs.
+    pub name: &'static str,
+    /// Its name for people.
+    pub title: &'static str,
+    /// The unit of its values.
+    pub unit: &'static str,
+    /// The last step.
+    pub last: u64,
+    /// The value of step 0.
+    first: f64,
+    /// What a step adds to it.
+    by: f64,
+    /// The knobs, with `{}` for the value.
+    knobs: &'static [&'static str],
+}
+
+impl MarginAxis {
+    /// Returns the four axes for a policy at `hz`.
+    pub fn all(hz: f64) -> [Self; 4] {
+        let delay = |name, title, knobs| Self {
+            name,
+            title,
+            unit: "ms",
+            last: 1000,
+            first: 0.0,
+            by: 1.0,
+            knobs,
+        };
+        [
+            delay(
+                "delay",
+                "greatest constant delay of /action",
+                &["link /action delay:{}"],
+            ),
+            delay(
+                "jitter",
+                "greatest J of a delay from 0 to J",
+                &["link /action delay:0..{}"],
+            ),
+            Self {
+                name: "loss",
+                title: "greatest share of lost actions",
+                unit: "%",
+                last: 99,
+                first: 0.0,
+                by: 0.01,
+                knobs: &["link /action loss:{}"],
+            },
+            Self {
+                name: "rate",
+                title: "lowest rate of sensor and policy",
+                unit: "Hz",
+                last: (hz.ceil() as u64).saturating_sub(1),
+                first: hz.ceil(),
+                by: -1.0,
+                knobs: &["rate sensor {}", "rate policy {}"],
+            },
+        ]
+    }
+
+    /// Returns the number of steps that a search looks at, at most.
+    pub fn tries(&self) -> u64 {
+        2 * u64::from(u64::BITS - self.last.leading_zeros()) + 1
+    }
+
+    /// Returns the value of `step`, in its unit.
+    pub fn value(&self, step: u64) -> f64 {
+        let value = self.first + self.by * step as f64;
+        if self.unit == "%" { step as f64 } else { value }
+    }
+
+    /// Returns the knobs of `step`.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] for a value that no knob takes.
+    pub fn knobs(&self, step: u64) -> Result<Vec<Knob>, Error> {
+        let value = format!("{:.2}", self.first + self.by * step as f64);
+        let value = value.trim_end_matches('0').trim_end_matches('.');
+        // Nothing late and nothing lost is the graph as it is.
+        if step == 0 && self.first == 0.0 {
+            return Ok(Vec::new());
+        }
+        let knobs = self.knobs.iter();
+        let knobs = knobs.map(|knob| knob.replace("{}", value));
+        let parse = |knob: String| {
+            let parsed = knob.parse::<Knob>();
+            parsed.map_err(|why| Error::BadInput(format!("{knob}: {why}")))
+        };
+        knobs.map(parse).collect()
+    }
+}
