@@ -23,12 +23,12 @@ const IDIOMS: [Idiom; 4] = [
     Idiom {
         name: "Result<_, String>: write an enum of errors",
         count: string_errors,
-        most: 0.36,
+        most: 0.38,
     },
     Idiom {
         name: "let x = x.y(): write one chain",
         count: rebindings,
-        most: 3.3,
+        most: 2.8,
     },
     Idiom {
         name: "fn of: write new, or what it returns",
