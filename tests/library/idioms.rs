@@ -28,7 +28,7 @@ const IDIOMS: [Idiom; 4] = [
     Idiom {
         name: "let x = x.y(): write one chain",
         count: rebindings,
-        most: 2.8,
+        most: 2.5,
     },
     Idiom {
         name: "fn of: write new, or what it returns",

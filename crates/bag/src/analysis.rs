@@ -138,8 +138,10 @@ impl Analysis {
             let is_leader = |topic: &usize| {
                 self.series[*topic].is_stamped && self.relations.leaders[*topic] == *topic
             };
-            let leaders = (0..self.series.len()).filter(is_leader);
-            let leaders: Vec<usize> = leaders.take(MAX_RELATED).collect();
+            let leaders: Vec<usize> = (0..self.series.len())
+                .filter(is_leader)
+                .take(MAX_RELATED)
+                .collect();
             let found = self.found();
             let periods = each(&leaders, |topic| match known.get(topic) {
                 Some(known) => *known,
@@ -191,12 +193,13 @@ impl Analysis {
 
     fn root_clock(&self, root: usize) -> RootClock {
         let (series, mapping) = (&self.series[root], self.clocks.mapping(root));
-        let pairs = series
+        let pairs: Vec<(i64, i64)> = series
             .events
             .iter()
             .copied()
-            .zip(series.stamps.iter().copied());
-        let pairs: Vec<(i64, i64)> = pairs.filter(|(_, stamp)| *stamp != NO_STAMP).collect();
+            .zip(series.stamps.iter().copied())
+            .filter(|(_, stamp)| *stamp != NO_STAMP)
+            .collect();
         let ages: Vec<(i64, i64)> = pairs
             .iter()
             .map(|(e, s)| (*e, e.saturating_sub(*s)))
@@ -216,11 +219,11 @@ impl Analysis {
             .iter()
             .map(|(event, stamp)| begin(*event, *stamp))
             .collect();
-        let ages = pairs
+        let mut ages: Vec<i64> = pairs
             .iter()
             .zip(&begins)
-            .map(|((event, _), begin)| event.saturating_sub(*begin));
-        let mut ages: Vec<i64> = ages.collect();
+            .map(|((event, _), begin)| event.saturating_sub(*begin))
+            .collect();
         let negative = ages.iter().filter(|age| **age < 0).count();
         let is_shifted = negative * 100 > ages.len() || median(ages.clone()) > (10 * S) as f64;
         if is_shifted {

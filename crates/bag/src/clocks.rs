@@ -172,8 +172,9 @@ fn line(topic: usize, of: &BagTopic) -> Option<ClockLine> {
     if of.messages.len() < MIN_COUNT {
         return None;
     }
-    let points = of.messages.iter();
-    let points: Vec<_> = points
+    let points: Vec<_> = of
+        .messages
+        .iter()
         .map(|message| (message.log, message.log - message.publish))
         .collect();
     let slope = slope(&points);

@@ -61,15 +61,18 @@ fn followed(a: &TopicEvents, b: &TopicEvents) -> Option<(i64, f64)> {
     if width as f64 > 0.4 * middle_a as f64 || are_together {
         return None;
     }
-    let neighbours = pairs.windows(2).filter_map(|pair| {
-        let [(before, at), (place, then)] = [pair[0], pair[1]];
-        let step_a = a.events[place] - a.events[before];
-        let step_b = then - at;
-        let is_usual = |step: i64, middle: i64| (step as f64) < 1.8 * middle as f64;
-        let fits = place == before + 1 && is_usual(step_a, middle_a) && is_usual(step_b, middle_b);
-        fits.then_some((step_a as f64, step_b as f64))
-    });
-    let neighbours: Vec<(f64, f64)> = neighbours.collect();
+    let neighbours: Vec<(f64, f64)> = pairs
+        .windows(2)
+        .filter_map(|pair| {
+            let [(before, at), (place, then)] = [pair[0], pair[1]];
+            let step_a = a.events[place] - a.events[before];
+            let step_b = then - at;
+            let is_usual = |step: i64, middle: i64| (step as f64) < 1.8 * middle as f64;
+            let fits =
+                place == before + 1 && is_usual(step_a, middle_a) && is_usual(step_b, middle_b);
+            fits.then_some((step_a as f64, step_b as f64))
+        })
+        .collect();
     let count = neighbours.len() as f64;
     let (correlation, slope) = agreement(&neighbours)?;
     let agrees = correlation > 0.5

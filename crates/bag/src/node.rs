@@ -122,8 +122,10 @@ impl NodeSearch<'_> {
         let candidates = self.relations.candidates(self.series, b);
         let share = |a: usize| self.relations.all.get(&(a, b)).map_or(0.0, |of| of.share);
         let best = candidates.iter().map(|a| share(*a)).fold(0.0, f64::max);
-        let near = candidates.into_iter().filter(|a| share(*a) >= best - 0.25);
-        let mut near: Vec<usize> = near.collect();
+        let mut near: Vec<usize> = candidates
+            .into_iter()
+            .filter(|a| share(*a) >= best - 0.25)
+            .collect();
         let delay = |a: usize| {
             self.relations
                 .all
@@ -231,8 +233,9 @@ impl NodeSearch<'_> {
             }
             (Kind::Timer, Some(timed), Some(outputs)) => {
                 let first = events.first().copied().unwrap_or(0);
-                let starts = outputs.runs(timed);
-                let starts = starts.map(|run| first.saturating_add(run.start.round() as i64));
+                let starts = outputs
+                    .runs(timed)
+                    .map(|run| first.saturating_add(run.start.round() as i64));
                 let ends = steps.iter().map(|step| events[step.output]);
                 starts.zip(ends).collect()
             }
@@ -297,15 +300,15 @@ impl NodeSearch<'_> {
             let (_, place) = of.by_stamp.get(of.with_stamp(stamp))?.first()?;
             Some(of.events[*place] + self.transport)
         };
-        let runs = series
+        let runs: Vec<(i64, i64)> = series
             .stamps
             .iter()
             .enumerate()
             .filter_map(|(output, stamp)| {
                 let start = first(a, *stamp)?.max(first(c, *stamp)?).max(busy[output]);
                 Some((start, series.events[output] - start))
-            });
-        let runs: Vec<(i64, i64)> = runs.collect();
+            })
+            .collect();
         let mut costs: Vec<i64> = runs.iter().map(|(_, cost)| *cost).collect();
         let negative = costs.iter().filter(|cost| **cost < -3 * MS / 10).count();
         Paired {
@@ -330,8 +333,10 @@ struct Paired {
 /// The one of `candidates` that explains the node best.
 fn chosen(candidates: Vec<Candidate>) -> Option<Candidate> {
     let best = candidates.iter().map(|of| of.good).fold(0.0, f64::max);
-    let near = candidates.into_iter().filter(|of| of.good >= best - 0.1);
-    let near: Vec<Candidate> = near.collect();
+    let near: Vec<Candidate> = candidates
+        .into_iter()
+        .filter(|of| of.good >= best - 0.1)
+        .collect();
     let least = near.iter().map(|of| of.width).min()?;
     let widest = 1.15 * least as f64 + 0.15 * MS as f64;
     let near = near.into_iter().filter(|of| of.width as f64 <= widest);

@@ -21,8 +21,9 @@ pub fn each<T: Sync, R: Send>(things: &[T], work: impl Fn(&T) -> R + Sync) -> Ve
         }
     };
     let mut all = thread::scope(|scope| {
-        let others = (1..cores.min(things.len())).map(|_| scope.spawn(run));
-        let others: Vec<_> = others.collect();
+        let others: Vec<_> = (1..cores.min(things.len()))
+            .map(|_| scope.spawn(run))
+            .collect();
         let mut all = run();
         // A thread that panicked has its share missing: then the whole panics as it would alone.
         all.extend(others.into_iter().flat_map(|other| {

@@ -24,16 +24,23 @@ const MOST: usize = 1_000;
 
 /// Finds the pauses of the recorder.
 pub fn pauses(bag: &Bag) -> Vec<Pause> {
-    let logs = bag.topics.iter().flat_map(|topic| &topic.messages);
-    let mut logs: Vec<i64> = logs.map(|message| message.log).collect();
+    let mut logs: Vec<i64> = bag
+        .topics
+        .iter()
+        .flat_map(|topic| &topic.messages)
+        .map(|message| message.log)
+        .collect();
     logs.sort_unstable();
     let least = (100 * MS).max((5.0 * median(steps(&logs))) as i64);
-    let pauses = logs.windows(2).filter(|pair| pair[1] - pair[0] > least);
-    let pauses = pauses.take(MOST).map(|pair| Pause {
-        at: pair[0],
-        length: pair[1] - pair[0],
-    });
-    let pauses: Vec<Pause> = pauses.collect();
+    let pauses: Vec<Pause> = logs
+        .windows(2)
+        .filter(|pair| pair[1] - pair[0] > least)
+        .take(MOST)
+        .map(|pair| Pause {
+            at: pair[0],
+            length: pair[1] - pair[0],
+        })
+        .collect();
     if pauses.is_empty() {
         return pauses;
     }
@@ -90,8 +97,10 @@ pub fn moved(bag: &Bag, clocks: &Clocks, topic: usize, pauses: &[Pause], events:
     for pause in pauses {
         late[behind(bag, topic, *pause, AFTER.1)].fill(true);
     }
-    let others = messages.iter().zip(&late);
-    let others = others.filter(|(message, late)| !**late && message.stamp != NO_STAMP);
+    let others = messages
+        .iter()
+        .zip(&late)
+        .filter(|(message, late)| !**late && message.stamp != NO_STAMP);
     let usual = median(
         others
             .map(|(message, _)| message.log - message.stamp)

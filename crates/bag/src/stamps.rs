@@ -12,8 +12,11 @@ pub const MAX_RELATED: usize = 700;
 
 /// Whether the messages of a topic have stamps to go by.
 pub fn is_stamped(messages: &[BagMessage]) -> bool {
-    let stamps = messages.iter().map(|message| message.stamp);
-    let mut stamps: Vec<i64> = stamps.filter(|stamp| *stamp != NO_STAMP).collect();
+    let mut stamps: Vec<i64> = messages
+        .iter()
+        .map(|message| message.stamp)
+        .filter(|stamp| *stamp != NO_STAMP)
+        .collect();
     let (count, stamped) = (messages.len(), stamps.len());
     stamps.sort_unstable();
     stamps.dedup();
@@ -83,8 +86,11 @@ impl TopicEvents {
 
     /// Messages per second.
     fn rate(&self) -> f64 {
-        let length = self.events.last().zip(self.events.first());
-        let length = length.map_or(0, |(last, first)| last - first);
+        let length = self
+            .events
+            .last()
+            .zip(self.events.first())
+            .map_or(0, |(last, first)| last - first);
         self.events.len().saturating_sub(1) as f64 / (length.max(1) as f64 / S as f64)
     }
 }
@@ -222,10 +228,14 @@ impl Relations {
 
 /// The pairs of topics with eight stamps or more in common.
 fn common(series: &[TopicEvents]) -> Vec<(usize, usize)> {
-    let stamped = series.iter().enumerate().filter(|(_, of)| of.is_stamped);
-    let stamped = stamped.take(MAX_RELATED);
-    let stamps = stamped.flat_map(|(topic, of)| of.firsts().map(move |(stamp, _)| (stamp, topic)));
-    let mut stamps: Vec<(i64, usize)> = stamps.collect();
+    let stamped = series
+        .iter()
+        .enumerate()
+        .filter(|(_, of)| of.is_stamped)
+        .take(MAX_RELATED);
+    let mut stamps: Vec<(i64, usize)> = stamped
+        .flat_map(|(topic, of)| of.firsts().map(move |(stamp, _)| (stamp, topic)))
+        .collect();
     stamps.sort_unstable();
     let mut counts: HashMap<(usize, usize), usize> = HashMap::new();
     for equal in stamps.chunk_by(|one, other| one.0 == other.0) {
@@ -235,8 +245,11 @@ fn common(series: &[TopicEvents]) -> Vec<(usize, usize)> {
             }
         }
     }
-    let pairs = counts.into_iter().filter(|(_, count)| *count >= 8);
-    let mut pairs: Vec<(usize, usize)> = pairs.map(|(pair, _)| pair).collect();
+    let mut pairs: Vec<(usize, usize)> = counts
+        .into_iter()
+        .filter(|(_, count)| *count >= 8)
+        .map(|(pair, _)| pair)
+        .collect();
     pairs.sort_unstable();
     pairs
 }

@@ -58,8 +58,10 @@ impl Triggered {
             let before = busy_until[output];
             let arrival = |place: usize| a.events[place] + transport;
             let next = used.map_or(0, |used: usize| used + 1);
-            let newer = possible.iter().map(|(_, place)| *place);
-            let newer = newer.filter(|place| *place >= next);
+            let newer = possible
+                .iter()
+                .map(|(_, place)| *place)
+                .filter(|place| *place >= next);
             let ready = newer.clone().take_while(|place| arrival(*place) <= before);
             let Some(input) = ready.last().or_else(|| newer.clone().next()) else {
                 repeats += 1;

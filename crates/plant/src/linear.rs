@@ -27,17 +27,17 @@ pub struct LinearRobot {
 impl LinearRobot {
     /// One step of physics at `reference`.
     pub(crate) fn step(model: &RobotModel, reference: &Reference) -> Result<Self, RobotModelError> {
-        let data = MjData::try_new(model.mujoco.clone());
-        let mut data = data.map_err(|error| RobotModelError::Mujoco(error.to_string()))?;
+        let mut data = MjData::try_new(model.mujoco.clone())
+            .map_err(|error| RobotModelError::Mujoco(error.to_string()))?;
         reference.put_into(&mut data);
         data.forward();
         let kept = data.state(KEPT);
         let mut steps = Steps { model, data, kept };
         let [_, coordinates, activations, controls] = model.sizes();
-        let of_state = (0..2 * coordinates + activations).map(|index| steps.of_state(index));
-        let of_state: Vec<_> = of_state.collect();
-        let of_controls = (0..controls).map(|index| steps.of_control(index));
-        let of_controls: Vec<_> = of_controls.collect();
+        let of_state: Vec<_> = (0..2 * coordinates + activations)
+            .map(|index| steps.of_state(index))
+            .collect();
+        let of_controls: Vec<_> = (0..controls).map(|index| steps.of_control(index)).collect();
         let rows = 2 * coordinates + activations;
         Ok(Self {
             a: DMatrix::from_vec(rows, rows, of_state.concat()),

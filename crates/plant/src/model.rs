@@ -211,8 +211,9 @@ impl RobotModel {
         let (first, count) = (model.actuator_ctrladr(), model.actuator_ctrlnum());
         let actuators = first.iter().zip(count).enumerate();
         let names = actuators.flat_map(|(index, (first, count))| {
-            let own = model.id_to_name(MjtObjBase::mjOBJ_ACTUATOR, index);
-            let own = own.map_or_else(|| format!("control {}", first + 1), str::to_owned);
+            let own = model
+                .id_to_name(MjtObjBase::mjOBJ_ACTUATOR, index)
+                .map_or_else(|| format!("control {}", first + 1), str::to_owned);
             (0..*count).map(move |number| match count {
                 1 => (*first, own.clone()),
                 _ => (first + number, format!("{own} {}", number + 1)),

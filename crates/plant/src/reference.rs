@@ -51,8 +51,9 @@ pub(crate) fn found(model: &RobotModel, given: &Reference) -> Result<Reference, 
     if best.missing() > HELD {
         let coordinates = best.forces.iter().take(model.coordinates.len()).enumerate();
         let most = coordinates.max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()));
-        let joint = most.and_then(|(index, _)| model.coordinates.get(index));
-        let joint = joint.map_or("", String::as_str);
+        let joint = most
+            .and_then(|(index, _)| model.coordinates.get(index))
+            .map_or("", String::as_str);
         let what = format!(
             "nothing holds this pose: {:.0} % of the weight is missing, most at {joint}; try another pose",
             100.0 * best.missing()

@@ -154,8 +154,8 @@ impl Robot {
 
     /// Places the robot at the start for `seed`.
     pub(crate) fn begin(&self, seed: u64) -> Result<BodyData, RobotModelError> {
-        let data = MjData::try_new(self.model.mujoco.clone());
-        let mut data = data.map_err(|error| RobotModelError::Mujoco(error.to_string()))?;
+        let mut data = MjData::try_new(self.model.mujoco.clone())
+            .map_err(|error| RobotModelError::Mujoco(error.to_string()))?;
         self.at.put_into(&mut data);
         let chance = Chance {
             seed,
@@ -230,8 +230,10 @@ fn given(model: &RobotModel, spec: &PlantSpec) -> Result<Reference, PlantDefect>
     let [positions, _, activations, controls] = model.sizes();
     let mujoco = &model.mujoco;
     let count = mujoco.ffi().nkey as usize;
-    let names = (0..count).map(|key| mujoco.id_to_name(MjtObjBase::mjOBJ_KEY, key));
-    let names: Vec<&str> = names.map(Option::unwrap_or_default).collect();
+    let names: Vec<&str> = (0..count)
+        .map(|key| mujoco.id_to_name(MjtObjBase::mjOBJ_KEY, key))
+        .map(Option::unwrap_or_default)
+        .collect();
     let key = match &spec.keyframe {
         None => (count > 0).then_some(0),
         Some(name) => match names.iter().position(|known| known == name) {

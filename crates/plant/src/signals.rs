@@ -15,34 +15,39 @@ impl Robot {
             .model
             .joints
             .iter()
-            .filter(|joint| joint.numbers() == [1, 1]);
-        let joints = joints.filter_map(|joint| {
-            let index = (0..count).find(|index| self.model.coordinates[*index] == joint.name)?;
-            let (limit, here) = (self.limits[index], self.at.positions[joint.position]);
-            let is_angle = joint.kind == JointKind::Hinge;
-            let widest = if limit.is_finite() { 1.2 * limit } else { 1.0 };
-            Some(Signal {
-                name: joint.name.clone().into(),
-                unit: if is_angle { "rad" } else { "m" }.into(),
-                topic: STATE.into(),
-                value: entry(controls + joint.position),
-                limits: limit.is_finite().then_some([here - limit, here + limit]),
-                range: [here - widest, here + widest],
-            })
-        });
-        let pushes = self.model.control_names().into_iter().enumerate();
-        let pushes = pushes.map(|(index, name)| {
-            let (at, half) = (self.at.controls[index], self.half[index]);
-            let range = self.model.range(index);
-            Signal {
-                name: name.into(),
-                unit: "".into(),
-                topic: STATE.into(),
-                value: entry(index),
-                limits: None,
-                range: range.unwrap_or([at - half, at + half]),
-            }
-        });
+            .filter(|joint| joint.numbers() == [1, 1])
+            .filter_map(|joint| {
+                let index =
+                    (0..count).find(|index| self.model.coordinates[*index] == joint.name)?;
+                let (limit, here) = (self.limits[index], self.at.positions[joint.position]);
+                let is_angle = joint.kind == JointKind::Hinge;
+                let widest = if limit.is_finite() { 1.2 * limit } else { 1.0 };
+                Some(Signal {
+                    name: joint.name.clone().into(),
+                    unit: if is_angle { "rad" } else { "m" }.into(),
+                    topic: STATE.into(),
+                    value: entry(controls + joint.position),
+                    limits: limit.is_finite().then_some([here - limit, here + limit]),
+                    range: [here - widest, here + widest],
+                })
+            });
+        let pushes = self
+            .model
+            .control_names()
+            .into_iter()
+            .enumerate()
+            .map(|(index, name)| {
+                let (at, half) = (self.at.controls[index], self.half[index]);
+                let range = self.model.range(index);
+                Signal {
+                    name: name.into(),
+                    unit: "".into(),
+                    topic: STATE.into(),
+                    value: entry(index),
+                    limits: None,
+                    range: range.unwrap_or([at - half, at + half]),
+                }
+            });
         joints.chain(pushes).collect()
     }
 

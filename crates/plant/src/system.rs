@@ -162,12 +162,13 @@ impl RobotPlant {
         let limited = free
             .into_iter()
             .filter(|index| robot.limits[*index].is_finite());
-        let notes = limited.map(|index| {
-            let group = &robot.model.coordinates[index];
-            let name = robot.coordinate(index);
-            format!("nothing holds {name}: limits = {{ {group:?} = inf }}")
-        });
-        let notes: Vec<String> = notes.collect();
+        let notes: Vec<String> = limited
+            .map(|index| {
+                let group = &robot.model.coordinates[index];
+                let name = robot.coordinate(index);
+                format!("nothing holds {name}: limits = {{ {group:?} = inf }}")
+            })
+            .collect();
         known.push((hz, notes.clone()));
         notes
     }
@@ -214,8 +215,10 @@ impl System for RobotPlant {
             .filter_map(|name| self.law(name, hz).ok());
         let noise = builder
             .parameter(SENSOR, NOISE)
-            .map(str::parse::<SensorNoise>);
-        let noise = noise.transpose().map_err(setting)?.unwrap_or_default();
+            .map(str::parse::<SensorNoise>)
+            .transpose()
+            .map_err(setting)?
+            .unwrap_or_default();
         let (states, controls) = (self.robot.state_names(), self.robot.model.control_names());
         let readings = builder.internal_topic::<RobotRow>(OBS);
         builder.record_as(readings.clone(), states.iter());

@@ -287,15 +287,19 @@ impl McapContent {
                 let Some(topic) = reading.bag.topic(&channel.topic) else {
                     return;
                 };
-                let stamp = self.schemas.get(&channel.schema_id).copied().flatten();
-                let stamp = stamp.filter(|field| {
-                    let encoding = if *field == StampField::Json {
-                        "json"
-                    } else {
-                        "cdr"
-                    };
-                    channel.message_encoding == encoding
-                });
+                let stamp = self
+                    .schemas
+                    .get(&channel.schema_id)
+                    .copied()
+                    .flatten()
+                    .filter(|field| {
+                        let encoding = if *field == StampField::Json {
+                            "json"
+                        } else {
+                            "cdr"
+                        };
+                        channel.message_encoding == encoding
+                    });
                 let has_field = stamp.is_some_and(|field| field != StampField::Json);
                 reading.bag.topic_mut(topic).has_stamps |= has_field;
                 let sequence = Sequence::default();

@@ -176,8 +176,11 @@ fn read_file(mut source: File, reading: &mut FileReading<'_>) -> Result<(), BagE
     const HEAD: u64 = 4_096;
     let path = PathBuf::from(&reading.name);
     let mut head = Vec::new();
-    let begun = source.by_ref().take(HEAD).read_to_end(&mut head);
-    let begun = begun.and_then(|_| source.rewind());
+    let begun = source
+        .by_ref()
+        .take(HEAD)
+        .read_to_end(&mut head)
+        .and_then(|_| source.rewind());
     begun.map_err(|why| unreadable(&path, why))?;
     let read = if mcap::is_mcap(&head) {
         mcap::read(&mut source, reading)
@@ -247,8 +250,10 @@ fn files_of(folder: &Path) -> Result<(Vec<PathBuf>, Vec<String>), BagError> {
 
 /// The files that a `metadata.yaml` lists.
 fn listed_files(text: &str) -> Vec<String> {
-    let lines = text.lines().map(str::trim);
-    let lines = lines.skip_while(|line| *line != "relative_file_paths:");
+    let lines = text
+        .lines()
+        .map(str::trim)
+        .skip_while(|line| *line != "relative_file_paths:");
     let items = lines.skip(1).map_while(|line| line.strip_prefix("- "));
     let unquoted = items.map(|item| item.trim().trim_matches(['"', '\'']));
     unquoted.map(str::to_owned).collect()
