@@ -45,7 +45,7 @@ impl Taps {
     }
 
     /// Copies every message of the recorded topic called `name` from now on, as
-    /// rows, in a queue of `capacity`; `None` if there is no such topic.
+    /// rows, in a queue of `capacity`; `None` without such a topic.
     pub fn rows(&self, name: &str, capacity: usize) -> Option<RowTap> {
         Some(self.topic(name)?.tap(&self.tap_handle, capacity))
     }

@@ -62,7 +62,7 @@ impl Rows {
         &self.values
     }
 
-    /// The numbers of message `index`; empty if there is no such message.
+    /// The numbers of message `index`; empty without such a message.
     pub fn row(&self, index: usize) -> &[f64] {
         let start = index * self.width;
         let row = self.values.get(start..start + self.width);

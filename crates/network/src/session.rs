@@ -233,7 +233,7 @@ fn from_file(path: &Path) -> Result<Config, NetworkError> {
     })
 }
 
-/// Whether there is no such file.
+/// Whether the file is missing.
 fn is_missing(why: &FileError) -> bool {
     matches!(why, FileError::Unreadable(why) if why.kind() == ErrorKind::NotFound)
 }

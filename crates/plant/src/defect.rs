@@ -18,8 +18,10 @@ pub struct PlantDefect {
 
 impl PlantDefect {
     pub(crate) fn new(key: &'static str, what: impl Into<String>) -> Self {
-        let what = what.into();
-        Self { key, what }
+        Self {
+            key,
+            what: what.into(),
+        }
     }
 
     /// A name that is none of the known ones.

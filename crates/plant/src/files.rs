@@ -111,8 +111,11 @@ impl Files {
 
 /// Whether a file is XML: its first character that is no blank opens a tag.
 fn is_xml(content: &[u8]) -> bool {
-    let content = content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content);
-    content.trim_ascii_start().starts_with(b"<")
+    content
+        .strip_prefix(b"\xef\xbb\xbf")
+        .unwrap_or(content)
+        .trim_ascii_start()
+        .starts_with(b"<")
 }
 
 fn without_comments(text: &str) -> String {
@@ -128,8 +131,8 @@ fn attributes(text: &str) -> Vec<(&str, String)> {
     let mut found = Vec::new();
     let mut rest = text;
     while let Some((before, after)) = rest.split_once('=') {
-        let before = before.trim_end();
         let name = before
+            .trim_end()
             .rsplit(|c: char| !(c.is_alphanumeric() || c == '_'))
             .next();
         let value = after.trim_start();
@@ -164,8 +167,10 @@ fn decoded(value: &str) -> String {
                     ("quot", '"'),
                     ("apos", '\''),
                 ];
-                let known = known.iter().find(|(name, _)| *name == entity);
-                known.map(|(_, character)| u32::from(*character))
+                known
+                    .iter()
+                    .find(|(name, _)| *name == entity)
+                    .map(|(_, character)| u32::from(*character))
             }
         };
         text.extend(code.and_then(char::from_u32));

@@ -102,9 +102,11 @@ impl RobotPlant {
                 if let Some((_, law)) = laws.iter().find(|(known, _)| *known == hz) {
                     return Ok(law.clone());
                 }
-                let gains = self.robot.gains(hz);
                 let what = || format!("lqr has no gains at {hz}: try another rate");
-                let gains = gains.ok_or_else(|| PlantDefect::new("policy", what()))?;
+                let gains = self
+                    .robot
+                    .gains(hz)
+                    .ok_or_else(|| PlantDefect::new("policy", what()))?;
                 let law = Law::Lqr(gains);
                 laws.push((hz, law.clone()));
                 Ok(law)

@@ -178,7 +178,7 @@ impl DelayedLoop<'_> {
             let norm = shape.norm();
             shape /= Complex::new(norm, 0.0);
         }
-        let shape = shape.map(ComplexField::modulus);
-        shape.iter().all(|part| part.is_finite()).then_some(shape)
+        let moduli = shape.map(ComplexField::modulus);
+        moduli.iter().all(|part| part.is_finite()).then_some(moduli)
     }
 }

@@ -86,8 +86,9 @@ pub fn read(source: &mut impl Read, reading: &mut FileReading<'_>) -> io::Result
 fn event(line: &str, columns: [Option<usize>; 5]) -> Result<(String, RawMessage), String> {
     let mut cells = cells(line.trim_end());
     let number = |column: usize| {
-        let cell = columns[column].and_then(|at| cells.get(at));
-        let cell = cell.map_or("", |cell| cell.trim());
+        let cell = columns[column]
+            .and_then(|at| cells.get(at))
+            .map_or("", |cell| cell.trim());
         let expected = || {
             let name = COLUMNS[column];
             let shown: String = cell.chars().take(40).collect();
@@ -109,7 +110,8 @@ fn event(line: &str, columns: [Option<usize>; 5]) -> Result<(String, RawMessage)
     };
     let topic = columns[0]
         .and_then(|at| cells.get_mut(at))
-        .map(std::mem::take);
-    let topic = topic.filter(|topic| !topic.is_empty()).ok_or("no topic")?;
+        .map(std::mem::take)
+        .filter(|topic| !topic.is_empty())
+        .ok_or("no topic")?;
     Ok((topic, raw))
 }

@@ -48,8 +48,8 @@ impl PolicySpec {
     /// Loads the policy.
     ///
     /// # Errors
-    /// [`PolicyError`] with the file, the expected content and the actual content. There
-    /// is no fallback to another policy.
+    /// [`PolicyError`] with the file, the expected content and the actual content. It
+    /// never falls back to another policy.
     pub fn load(&self) -> Result<LoadedPolicy, PolicyError> {
         match self {
             Self::BuiltIn(kind) => Ok(LoadedPolicy {

@@ -46,21 +46,22 @@ pub trait Quantity: Copy {
     /// Parses a value, in units.
     ///
     /// # Errors
-    /// A message with the invalid text and the expected form.
-    fn read(text: &str) -> Result<i128, String>;
+    /// [`AxisError::Value`] with the invalid text and the expected form.
+    fn read(text: &str) -> Result<i128, AxisError>;
 
     /// The value of so many units, which lie between the units of two values.
     fn from_units(units: i128) -> Self;
 }
 
-fn parsed<T: FromStr<Err: fmt::Display>>(text: &str) -> Result<T, String> {
-    text.parse::<T>().map_err(|error| error.to_string())
+fn parsed<T: FromStr<Err: fmt::Display>>(text: &str) -> Result<T, AxisError> {
+    text.parse::<T>()
+        .map_err(|error| AxisError::Value(error.to_string()))
 }
 
 impl Quantity for Hz {
     const ONE: i128 = 1_000_000;
 
-    fn read(text: &str) -> Result<i128, String> {
+    fn read(text: &str) -> Result<i128, AxisError> {
         Ok(parsed::<Self>(text)?.as_micro().into())
     }
 
@@ -72,7 +73,7 @@ impl Quantity for Hz {
 impl Quantity for Depth {
     const ONE: i128 = 1;
 
-    fn read(text: &str) -> Result<i128, String> {
+    fn read(text: &str) -> Result<i128, AxisError> {
         Ok(parsed::<Self>(text)?.get() as i128)
     }
 
@@ -85,10 +86,11 @@ impl Quantity for Depth {
 impl Quantity for u64 {
     const ONE: i128 = 1;
 
-    fn read(text: &str) -> Result<i128, String> {
+    fn read(text: &str) -> Result<i128, AxisError> {
         let seed: Result<Self, _> = text.trim().parse();
         let expected = || format!("{text:?} is not a seed: expected a whole number from 0");
-        seed.map(i128::from).map_err(|_| expected())
+        seed.map(i128::from)
+            .map_err(|_| AxisError::Value(expected()))
     }
 
     fn from_units(units: i128) -> Self {
@@ -104,10 +106,11 @@ pub struct Decimal(i64);
 impl Quantity for Decimal {
     const ONE: i128 = 1_000_000_000;
 
-    fn read(text: &str) -> Result<i128, String> {
+    fn read(text: &str) -> Result<i128, AxisError> {
         let units = decimal(text.trim()).map(i128::from);
         units.ok_or_else(|| {
-            format!("{text:?} is not a number: expected one such as 12, 0.25 or -3, to 9 places")
+            let expected = "expected one such as 12, 0.25 or -3, to 9 places";
+            AxisError::Value(format!("{text:?} is not a number: {expected}"))
         })
     }
 
@@ -188,7 +191,7 @@ impl<T: Quantity> FromStr for Axis<T> {
 
 /// The values of one part of a list, in units.
 fn units_of<T: Quantity>(part: &str) -> Result<impl Iterator<Item = i128> + use<T>, AxisError> {
-    let read = |text| T::read(text).map_err(AxisError::Value);
+    let read = T::read;
     let (first, last, step) = match part.split_once("..") {
         None => (read(part)?, read(part)?, T::ONE),
         Some((first, rest)) => match rest.split_once(':') {
