@@ -35,9 +35,9 @@ impl LinearRobot {
         let mut steps = Steps { model, data, kept };
         let [_, coordinates, activations, controls] = model.sizes();
         let of_state: Vec<_> = (0..2 * coordinates + activations)
-            .map(|index| steps.of_state(index))
+            .map(|index| steps.by_state(index))
             .collect();
-        let of_controls: Vec<_> = (0..controls).map(|index| steps.of_control(index)).collect();
+        let of_controls: Vec<_> = (0..controls).map(|index| steps.by_control(index)).collect();
         let rows = 2 * coordinates + activations;
         Ok(Self {
             a: DMatrix::from_vec(rows, rows, of_state.concat()),
@@ -104,7 +104,7 @@ impl Steps<'_> {
     }
 
     /// The effect of number `index` of the state.
-    fn of_state(&mut self, index: usize) -> Vec<f64> {
+    fn by_state(&mut self, index: usize) -> Vec<f64> {
         let [_, coordinates, ..] = self.model.sizes();
         let [minus, plus] = [-SMALL, SMALL].map(|by| {
             self.after(|model, data| match index.checked_sub(coordinates) {
@@ -121,7 +121,7 @@ impl Steps<'_> {
     }
 
     /// The effect of control number `index`: on one side only at an end of its range.
-    fn of_control(&mut self, index: usize) -> Vec<f64> {
+    fn by_control(&mut self, index: usize) -> Vec<f64> {
         let range = self.model.range(index);
         let here = self.data.ctrl()[index];
         let fits = |by: f64| range.is_none_or(|[low, high]| (low..=high).contains(&(here + by)));
