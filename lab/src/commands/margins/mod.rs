@@ -37,8 +37,8 @@ const ACTUATOR_HZ: f64 = 1000.0;
 /// Looks for the greatest delay, jitter and loss and the lowest rate that the robot bears. Ctrl-C
 /// keeps what was found.
 pub fn margins(program: &Program, args: &MarginsArgs) -> Result<(), Error> {
-    let (plant, spec) = robot(program)?;
     let (mut config, _) = options::graph(program, &args.graph, &DEFAULTS)?;
+    let (plant, spec) = robot(program)?;
     if config.setup.rate(ACTUATOR).is_none() {
         config.setup.set(actuator_knob()?);
     }
