@@ -45,7 +45,7 @@ impl Measured {
     }
 
     fn all(&self) -> ByAge {
-        ByAge::of(self.causes.iter().flatten())
+        ByAge::new(self.causes.iter().flatten())
     }
 
     fn name(&self) -> &str {
@@ -104,7 +104,7 @@ fn causes(measured: &[Measured]) {
     println!("|---|{}", "---|".repeat(names.len()));
     for (place, cause) in CAUSES.iter().enumerate() {
         let cells = measured.iter().map(|policy| {
-            let own = ByAge::of(&policy.causes[place]).split();
+            let own = ByAge::new(&policy.causes[place]).split();
             ms(own.map(|split| split.at_s))
         });
         println!(

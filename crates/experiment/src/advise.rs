@@ -57,8 +57,8 @@ pub fn changes(
         matches!(aim, Aim::Age(_)) && readers.any(|reader| nodes.contains(reader))
     };
     let topics = (0..topology.topics.len()).filter(reads);
-    let of_topics = topics.flat_map(|topic| graph.of_topic(topic));
-    let of_nodes = nodes.iter().flat_map(|node| graph.of_node(*node));
+    let of_topics = topics.flat_map(|topic| graph.topic_changes(topic));
+    let of_nodes = nodes.iter().flat_map(|node| graph.node_changes(*node));
     let of_clock = graph
         .file
         .iter()

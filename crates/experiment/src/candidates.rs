@@ -95,7 +95,7 @@ impl Candidates<'_> {
         nodes.map(|(index, _)| index).collect()
     }
 
-    pub(crate) fn of_topic(&self, topic: usize) -> Vec<AgeChange> {
+    pub(crate) fn topic_changes(&self, topic: usize) -> Vec<AgeChange> {
         let topic = &self.topology.topics[topic];
         let mut changes = Vec::new();
         let mine = self.setup.iter().filter(|knob| knob.target() == topic.name);
@@ -115,7 +115,7 @@ impl Candidates<'_> {
         knobs(&topic.name, changes)
     }
 
-    pub(crate) fn of_node(&self, index: usize) -> Vec<AgeChange> {
+    pub(crate) fn node_changes(&self, index: usize) -> Vec<AgeChange> {
         let node = &self.topology.nodes[index];
         let mut changes = Vec::new();
         if node.triggers.is_empty() {

@@ -115,6 +115,6 @@ impl AgeCause {
             .into_par_iter()
             .map(|run| self.run(seed, run))
             .collect::<Result<_, Failure>>()?;
-        Ok(kept.insert(Arc::new(ByAge::of(&runs))).clone())
+        Ok(kept.insert(Arc::new(ByAge::new(&runs))).clone())
     }
 }

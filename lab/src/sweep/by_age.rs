@@ -40,7 +40,7 @@ pub struct AgeTable {
 impl AgeTable {
     /// Creates the table for the runs of `swept`.
     pub fn new(swept: &Swept, summary: &SweepSummary) -> Self {
-        let by_age = ByAge::of(swept.finished().map(|(_, result)| result));
+        let by_age = ByAge::new(swept.finished().map(|(_, result)| result));
         let fits = |width: &f64| by_age.bins(width / 1e3).len() <= MAX_BINS;
         let width = WIDTHS_MS.into_iter().find(fits);
         Self {

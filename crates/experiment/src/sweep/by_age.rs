@@ -36,7 +36,7 @@ pub struct AgeSplit {
 
 impl ByAge {
     /// Sorts `results` by age. Runs without a push have no age and are left out.
-    pub fn of<'r>(results: impl IntoIterator<Item = &'r CellResult>) -> Self {
+    pub fn new<'r>(results: impl IntoIterator<Item = &'r CellResult>) -> Self {
         let runs = results.into_iter().filter_map(|result| {
             let age = result.push_age?;
             Some((age.late_s, !result.is_lost()))
