@@ -23,7 +23,7 @@ const IDIOMS: [Idiom; 4] = [
     Idiom {
         name: "Result<_, String>: write an enum of errors",
         count: string_errors,
-        most: 0.38,
+        most: 0.32,
     },
     Idiom {
         name: "let x = x.y(): write one chain",
