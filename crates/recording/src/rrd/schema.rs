@@ -18,7 +18,7 @@ pub const ORIGIN: &str = "origin";
 /// Entity of the events of the run: text for people, [`JSON`] for readers.
 pub const EVENTS: &str = "/events";
 
-/// Entity of the last item written, a [`RecordingEnd`](crate::RecordingEnd). A file without it was cut off.
+/// Entity of the last item written, a [`RecordingEnd`]. A file without it was cut off.
 pub const END: &str = "/end";
 
 /// Entity of marks up to which the file is complete.

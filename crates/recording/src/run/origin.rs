@@ -27,7 +27,7 @@ pub struct Origin {
     pub platform: String,
     /// Name of the system.
     pub system: String,
-    /// The text of its graph file, if any; see [`About`].
+    /// The text of its graph file, if any; see [`About`](ratelab_system::About).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub graph_file: Option<String>,
     /// The robot in the middle of that graph, if it moves by itself; see
