@@ -87,11 +87,11 @@ impl Graph {
         }
         let remedy = team.period_remedy(number);
         match remedy.filter(|_| !node.triggers.is_empty()) {
-            Some(remedy) => Err(GraphError::NoPeriod(
-                name.to_owned(),
-                team.executor.to_string(),
+            Some(remedy) => Err(GraphError::NoPeriod {
+                node: name.to_owned(),
+                executor: team.executor.to_string(),
                 remedy,
-            )),
+            }),
             None => Ok(index),
         }
     }

@@ -69,8 +69,15 @@ pub enum GraphError {
     #[error(transparent)]
     Rate(#[from] HzError),
     /// A node that messages trigger is to have a rule that needs a period.
-    #[error("messages trigger {0:?}, so it has no period for {1}: {2}")]
-    NoPeriod(String, String, &'static str),
+    #[error("messages trigger {node:?}, so it has no period for {executor}: {remedy}")]
+    NoPeriod {
+        /// The node.
+        node: String,
+        /// The executor.
+        executor: String,
+        /// What to give the node.
+        remedy: &'static str,
+    },
 }
 
 impl From<Infallible> for GraphError {

@@ -180,7 +180,7 @@ impl Experiment {
             tracker,
         };
         if let Some(tracker) = &taps.tracker {
-            taps.tap_handle.tell(tracker.clone());
+            taps.tap_handle.forward_records_to(tracker.clone());
         }
         RunLog::attach(&graph.state());
         Ok(Self {

@@ -7,7 +7,7 @@ use ratelab::{
     sync::{Mutex, MutexGuard, lock},
 };
 
-use super::{distribution::Distribution, node::NodeAccount, topic::TopicAccount};
+use crate::{distribution::Distribution, node::NodeAccount, topic::TopicAccount};
 
 /// The accounts of all nodes and topics of a run, by their indices: the one fold over its
 /// records. Each has a lock of its own, which a record and a look hold for a moment.

@@ -4,7 +4,7 @@ use std::ops::Deref;
 
 use ratelab::{Graph, RunState, Topology, sync::Arc};
 
-use super::{
+use crate::{
     accounts::{Accounts, Snapshot},
     sink::AccountSink,
 };

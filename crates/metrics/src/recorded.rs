@@ -4,7 +4,7 @@ use std::any::Any;
 
 use ratelab::{Head, Payload, Subscription, Tick, Time, Topic, Wiring};
 
-use super::{fields::Fields, rows::Rows, tap::Tap, tap_handle::TapHandle};
+use crate::{fields::Fields, rows::Rows, tap::Tap, tap_handle::TapHandle};
 
 /// A topic whose messages can be kept as rows, whatever their type.
 pub trait RecordedTopic: Any + Send + Sync {

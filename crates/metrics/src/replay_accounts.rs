@@ -11,7 +11,7 @@ use ratelab::{
     TopicRecord, Topology, sync::Arc,
 };
 
-use super::{
+use crate::{
     accounts::Accounts,
     node::{TickRecord, TopicRead},
     observer::Observer,

@@ -3,7 +3,7 @@
 
 use ratelab::{Head, Message, Time};
 
-use super::fields::Fields;
+use crate::fields::Fields;
 
 /// Messages of one topic, each a row with the same number of values.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -2,7 +2,7 @@
 
 use ratelab::{Head, sync::Arc};
 
-use super::{
+use crate::{
     node::TickRecord,
     recorded::RecordedTopic,
     tap::{LotSender, Tap},

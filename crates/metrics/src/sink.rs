@@ -4,7 +4,7 @@ use std::{any::Any, sync::OnceLock};
 
 use ratelab::{Graph, Head, MessageId, NodeRecord, RunState, Sink, TopicRecord, sync::Arc};
 
-use super::{
+use crate::{
     accounts::Accounts,
     node::{NodeAccount, TickCauses, TickRecord, TopicRead},
     tap::Listeners,

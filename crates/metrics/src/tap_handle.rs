@@ -4,7 +4,7 @@ use std::{any::Any, fmt};
 
 use ratelab::{Graph, Head, Message, Payload, Sink, Topic, sync::Arc};
 
-use super::{
+use crate::{
     node::TickRecord,
     sink::AccountSink,
     tap::{Tap, TapMessage, TapSender, tap},
@@ -24,9 +24,10 @@ impl TapHandle {
         Self(AccountSink::from_graph(graph))
     }
 
-    /// Sends every record to one other `sink` from now on.
-    pub fn tell(&self, sink: Arc<dyn Sink>) {
-        let _ = self.0.first.set(sink);
+    /// Sends every record to one other `sink` from now on, before it is counted here; returns
+    /// `false` if there is another sink already.
+    pub fn forward_records_to(&self, sink: Arc<dyn Sink>) -> bool {
+        self.0.first.set(sink).is_ok()
     }
 
     /// Copies every message of `topic` from now on, in a queue of `capacity` messages.

@@ -4,7 +4,7 @@ use std::{collections::VecDeque, time::Duration};
 
 use ratelab::{Depth, Head, Time, TopicRecord, TopicTopology, sync::Arc};
 
-use super::{distribution::Distribution, window::RateWindow};
+use crate::{distribution::Distribution, window::RateWindow};
 
 /// The most flights that are kept.
 const MOST_FLIGHTS: usize = 256;

@@ -1,7 +1,10 @@
 //! Commands from dashboards: which process carries them out, and who may give them.
 
 use std::{
-    sync::{Arc, Mutex},
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicUsize, Ordering},
+    },
     thread,
     time::{Duration, Instant},
 };
@@ -24,6 +27,9 @@ const PATIENCE: Duration = Duration::from_millis(500);
 
 /// Time without a command after which another dashboard may take the knobs.
 const HELD: Duration = Duration::from_secs(10);
+
+/// The most commands that are answered at once: others may send any number.
+const MAX_ANSWERING: usize = 16;
 
 /// The longest name of a dashboard in the log (characters).
 const LONGEST_NAME: usize = 100;
@@ -51,10 +57,22 @@ impl Commands {
             holder: Mutex::default(),
         });
         let key = part.peers.keys.endpoint(part.own.incarnation, Of::COMMAND);
+        let answering = Arc::new(AtomicUsize::new(0));
         net::answers(&part.peers.session, key, move |question| {
-            let commands = commands.clone();
+            if answering.fetch_add(1, Ordering::SeqCst) >= MAX_ANSWERING {
+                answering.fetch_sub(1, Ordering::SeqCst);
+                return respond(&question, &Err("busy: ask again".to_owned()));
+            }
+            let (commands, done) = (commands.clone(), answering.clone());
             // The graph takes its time, and the connection must not wait for it.
-            thread::spawn(move || commands.reply(&question));
+            let spawned = thread::Builder::new().spawn(move || {
+                commands.reply(&question);
+                done.fetch_sub(1, Ordering::SeqCst);
+            });
+            // Without a thread the question is dropped, and whoever asked hears of no answer.
+            if spawned.is_err() {
+                answering.fetch_sub(1, Ordering::SeqCst);
+            }
         })
     }
 
@@ -63,7 +81,7 @@ impl Commands {
             Ok(order) => self.decide(&order),
             Err(_) => Err("no command: expected one of this version of ratelab".to_owned()),
         };
-        question.answer(serde_json::to_vec(&answer).unwrap_or_default());
+        respond(question, &answer);
     }
 
     fn decide(&self, order: &Order) -> Answer {
@@ -182,4 +200,9 @@ impl Commands {
         }
         Err("no answer from the graph in time".to_owned())
     }
+}
+
+/// Sends `answer` to whoever asked.
+fn respond(question: &Question, answer: &Answer) {
+    question.answer(serde_json::to_vec(answer).unwrap_or_default());
 }
