@@ -15,7 +15,7 @@ use ratelab_experiment::Experiment;
 use ratelab_system::System;
 
 use crate::{
-    error::NetworkError,
+    error::{self, NetworkError},
     key::Of,
     net::{self, Question},
     part::LocalPart,
@@ -65,7 +65,7 @@ impl Commands {
             }
             let (commands, done) = (commands.clone(), answering.clone());
             // The graph takes its time, and the connection must not wait for it.
-            let spawned = thread::Builder::new().spawn(move || {
+            let spawned = error::spawn("command", move || {
                 commands.reply(&question);
                 done.fetch_sub(1, Ordering::SeqCst);
             });

@@ -5,10 +5,10 @@ use ratelab_system::System;
 
 /// The nodes that `names` stand for: nodes, or groups of them.
 pub fn nodes(system: &dyn System, graph: &Topology, names: &[String]) -> Vec<String> {
+    let groups = system.groups();
     let mut nodes: Vec<String> = Vec::new();
     for name in names {
-        let mut groups = system.groups().into_iter();
-        let group = groups.find(|group| group.name == *name);
+        let group = groups.iter().find(|group| group.name == *name);
         let members = group.map_or(vec![name.clone()], |group| {
             let known = graph
                 .nodes
@@ -26,14 +26,13 @@ pub fn nodes(system: &dyn System, graph: &Topology, names: &[String]) -> Vec<Str
 
 /// The names under which all nodes run apart, as far as they can.
 pub fn apart(system: &dyn System, graph: &Topology) -> Vec<String> {
+    let groups = system.groups();
     let mut parts: Vec<String> = Vec::new();
     for node in &graph.nodes {
-        let mut groups = system.groups().into_iter();
+        let mut groups = groups.iter();
         let group = groups.find(|group| group.nodes.contains(&node.name));
-        add(
-            &mut parts,
-            group.map_or_else(|| node.name.clone(), |group| group.name),
-        );
+        let name = group.map_or(&node.name, |group| &group.name);
+        add(&mut parts, name.clone());
     }
     parts
 }

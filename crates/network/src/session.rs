@@ -259,7 +259,7 @@ fn set(config: &mut Config, key: &str, value: &str) -> Result<(), NetworkError> 
     let set = config.insert_json5(key, value);
     set.map_err(|why| {
         let why = reason(&why);
-        NetworkError::Setting(format!("{value} is no setting of {key}: {why}"))
+        NetworkError::Setting(format!("{value} is not a setting of {key}: {why}"))
     })
 }
 

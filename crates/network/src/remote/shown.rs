@@ -1,6 +1,6 @@
 //! The run of other processes as a dashboard shows it, and what it tells of them.
 
-use std::{sync::Arc, thread, time::Duration};
+use std::{sync::Arc, time::Duration};
 
 use ratelab::{Knob, millis};
 use ratelab_experiment::{Config, Summary};
@@ -12,7 +12,7 @@ use super::{
     RemoteRun, StartCommands,
     processes::{GONE, Process, Processes, total},
 };
-use crate::{machine::Nanos, telemetry::Info};
+use crate::{error, machine::Nanos, telemetry::Info};
 
 impl RunSource for RemoteRun {
     fn shared_system(&self) -> &Arc<dyn System> {
@@ -102,9 +102,12 @@ impl Remote for RemoteRun {
     fn turn(&mut self, knob: Knob) {
         let (order, answers) = (self.follower.commander(), self.answers.0.clone());
         // The answer may take a second.
-        thread::spawn(move || {
+        let asked = error::spawn("knob", move || {
             let _ = answers.send(order(knob.into()));
         });
+        if let Err(why) = asked {
+            let _ = self.answers.0.send(Err(why.to_string()));
+        }
     }
 
     fn record(&mut self) -> String {
