@@ -24,13 +24,13 @@ impl PlantDefect {
         }
     }
 
-    /// A name that is none of the known ones.
-    pub(crate) fn unknown(key: &'static str, no: &str, name: &str, known: &[&str]) -> Self {
+    /// A name of a `kind` of things, which is none of the known ones.
+    pub(crate) fn unknown(key: &'static str, kind: &str, name: &str, known: &[&str]) -> Self {
         let there = match known {
             [] => "there are none".to_owned(),
             known => format!("there are {}", known.join(", ")),
         };
-        Self::new(key, format!("no {no} {name:?}: {there}"))
+        Self::new(key, format!("no {kind} {name:?}: {there}"))
     }
 
     /// A policy that does not exist.

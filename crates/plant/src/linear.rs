@@ -1,6 +1,6 @@
 //! A robot near its reference, linearised by steps of the physics itself.
 
-use mujoco_rs::{mujoco_c::mjtState, prelude::MjData};
+use mujoco_rs::mujoco_c::mjtState;
 use nalgebra::DMatrix;
 
 use crate::{BodyData, model::RobotModel, model_error::RobotModelError, reference::Reference};
@@ -27,8 +27,7 @@ pub struct LinearRobot {
 impl LinearRobot {
     /// One step of physics at `reference`.
     pub(crate) fn step(model: &RobotModel, reference: &Reference) -> Result<Self, RobotModelError> {
-        let mut data = MjData::try_new(model.mujoco.clone())
-            .map_err(|error| RobotModelError::Mujoco(error.to_string()))?;
+        let mut data = model.body()?;
         reference.put_into(&mut data);
         data.forward();
         let kept = data.state(KEPT);

@@ -9,10 +9,10 @@ use std::{
 use base64::{Engine as _, prelude::BASE64_STANDARD};
 use mujoco_rs::logging::set_log_handler;
 use mujoco_rs::mujoco_c::mjtDisableBit;
-use mujoco_rs::prelude::{MjModel, MjSpec, MjtJoint, MjtObjBase};
+use mujoco_rs::prelude::{MjData, MjModel, MjSpec, MjtJoint, MjtObjBase};
 use mujoco_rs::wrappers::mj_logging::MjtLogLevel;
 
-use crate::{files, model_error::RobotModelError};
+use crate::{BodyData, files, model_error::RobotModelError};
 
 /// The most degrees of freedom of a robot.
 pub(crate) const MOST_COORDINATES: usize = 100;
@@ -172,6 +172,11 @@ impl RobotModel {
             step_ns,
             mujoco: Arc::new(model),
         })
+    }
+
+    /// Creates a robot of this model at rest in the model's own pose.
+    pub(crate) fn body(&self) -> Result<BodyData, RobotModelError> {
+        MjData::try_new(self.mujoco.clone()).map_err(mujoco)
     }
 
     /// The numbers of positions, coordinates, activations and controls.

@@ -1,6 +1,5 @@
 //! The equilibrium next to a pose: the reference that a controller holds.
 
-use mujoco_rs::prelude::MjData;
 use nalgebra::{DMatrix, DVector};
 
 use crate::{
@@ -107,10 +106,9 @@ impl<'m> ReferenceSearch<'m> {
     fn new(model: &'m RobotModel) -> Result<Self, RobotModelError> {
         let gravity = DVector::from_row_slice(&model.mujoco.opt().gravity);
         let mass: f64 = model.mujoco.body_mass().iter().sum();
-        let data = MjData::try_new(model.mujoco.clone());
         Ok(Self {
             model,
-            data: data.map_err(|error| RobotModelError::Mujoco(error.to_string()))?,
+            data: model.body()?,
             half: model.half_ranges(),
             weight: mass * gravity.norm().max(1.0),
         })

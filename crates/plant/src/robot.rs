@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use mujoco_rs::prelude::{MjData, MjtObjBase};
+use mujoco_rs::prelude::MjtObjBase;
 use nalgebra::DMatrix;
 use ratelab::{Chance, Hz};
 use ratelab_system::{PlantRecord, graph_file::PlantSpec};
@@ -154,8 +154,7 @@ impl Robot {
 
     /// Places the robot at the start for `seed`.
     pub(crate) fn begin(&self, seed: u64) -> Result<BodyData, RobotModelError> {
-        let mut data = MjData::try_new(self.model.mujoco.clone())
-            .map_err(|error| RobotModelError::Mujoco(error.to_string()))?;
+        let mut data = self.model.body()?;
         self.at.put_into(&mut data);
         let chance = Chance {
             seed,
