@@ -5,7 +5,7 @@ use std::{ptr, time::Duration};
 use mujoco_rs::mujoco_c::mjd_transitionFD;
 use nalgebra::{Matrix4, Vector4};
 use ratelab::{Flow, Message, Publisher, Tick, Time};
-use ratelab_system::{StepMs, World};
+use ratelab_system::{StepInput, StepMs, World};
 
 use crate::{
     body::{Body, PlantError, SUBSTEPS, at_rest},
@@ -25,13 +25,8 @@ pub struct FreePlant {
     body: Body,
     step: Duration,
     steps: u64,
-    /// Input of the next step.
-    input: Action,
-    /// Input of the steps after it, if an action arrived after the next step had begun.
-    later: Option<Action>,
-    disturbance: Disturbance,
-    /// The disturbance after the next step, if it was set after that had begun.
-    later_disturbance: Option<Newtons>,
+    input: StepInput<Action>,
+    disturbance: StepInput<Disturbance>,
     /// Input of the last finished step.
     taken: Action,
     /// Run time of the sensing behind the action in force.
@@ -48,10 +43,8 @@ impl FreePlant {
             body: Body::new(step, seed)?,
             step: Duration::from_millis(step.get()),
             steps: 0,
-            input: Action::ZERO,
-            later: None,
-            disturbance: Disturbance::none(seed),
-            later_disturbance: None,
+            input: StepInput::new(Action::ZERO),
+            disturbance: StepInput::new(Disturbance::none(seed)),
             taken: Action::ZERO,
             sensed: None,
         })
@@ -87,23 +80,17 @@ impl CartPlant for FreePlant {
     fn push(&mut self, now: Time, command: Option<Message<Action>>) -> Option<(ControlStep, bool)> {
         let command = command?;
         self.sensed = command.origin;
-        if self.begin_of(self.steps) >= now {
-            (self.input, self.later) = (command.data, None);
-        } else {
-            self.later = Some(command.data);
-        }
+        self.input.set(command.data, now, self.begin_of(self.steps));
         None
     }
 
     /// From the next step on that begins at run time `now` or later.
     fn disturb(&mut self, now: Time, newtons: Newtons) -> Newtons {
-        let before = self.later_disturbance.unwrap_or(self.disturbance.newtons);
-        if self.begin_of(self.steps) >= now {
-            (self.disturbance.newtons, self.later_disturbance) = (newtons, None);
-        } else {
-            self.later_disturbance = Some(newtons);
-        }
-        before
+        let before = *self.disturbance.last_set();
+        let disturbance = before.with(newtons);
+        self.disturbance
+            .set(disturbance, now, self.begin_of(self.steps));
+        before.newtons
     }
 }
 
@@ -113,11 +100,10 @@ impl World for FreePlant {
         if steps <= self.steps {
             return;
         }
-        if self.later.is_some() || self.later_disturbance.is_some() {
+        if self.input.changes() || self.disturbance.changes() {
             self.integrate(1);
-            self.input = self.later.take().unwrap_or(self.input);
-            let newtons = self.later_disturbance.take();
-            self.disturbance.newtons = newtons.unwrap_or(self.disturbance.newtons);
+            self.input.go_on();
+            self.disturbance.go_on();
         }
         self.integrate(steps - self.steps);
         self.body.look();
@@ -127,16 +113,17 @@ impl World for FreePlant {
 impl FreePlant {
     fn integrate(&mut self, steps: u64) {
         let end = self.steps + steps;
+        let (input, disturbance) = (*self.input.next(), *self.disturbance.next());
         while self.steps < end {
             let control_step = self.begin_of(self.steps).as_nanos() / CONTROL_STEP_NS;
-            self.body.disturb(self.disturbance.force(control_step));
-            let alike = if self.disturbance.is_none() {
+            self.body.disturb(disturbance.force(control_step));
+            let alike = if disturbance.is_none() {
                 end - self.steps
             } else {
                 self.steps_until(control_step + 1).min(end - self.steps)
             };
-            self.body.integrate(self.input, alike);
-            self.taken = self.input;
+            self.body.integrate(input, alike);
+            self.taken = input;
             self.steps += alike;
         }
     }

@@ -201,6 +201,11 @@ impl Disturbance {
         Self { seed, newtons }
     }
 
+    /// Returns this disturbance with another standard deviation.
+    pub(super) fn with(self, newtons: Newtons) -> Self {
+        Self { newtons, ..self }
+    }
+
     /// Returns whether there is none.
     pub(super) fn is_none(&self) -> bool {
         self.newtons.0 == 0.0

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ratelab::{Flow, Message, Publisher, Tick, Time};
 use ratelab_metrics::Fields;
-use ratelab_system::World;
+use ratelab_system::{StepInput, World};
 
 use crate::{BodyData, model_error::RobotModelError, robot::SharedRobot};
 
@@ -34,10 +34,7 @@ pub(crate) struct FreeRobot {
     robot: SharedRobot,
     data: BodyData,
     steps: u64,
-    /// Input of the next step.
-    input: Arc<[f64]>,
-    /// Input of the steps after it, if it came after the next step had begun.
-    later: Option<Arc<[f64]>>,
+    input: StepInput<Arc<[f64]>>,
     /// Input of the last step that has ended.
     taken: Arc<[f64]>,
     /// Run time of the sensing behind the controls in force.
@@ -52,8 +49,7 @@ impl FreeRobot {
             data: robot.begin(seed)?,
             robot,
             steps: 0,
-            input: controls.clone(),
-            later: None,
+            input: StepInput::new(controls.clone()),
             taken: controls,
             sensed: None,
         })
@@ -70,11 +66,8 @@ impl FreeRobot {
         let mut controls = command.data.0.to_vec();
         self.robot.model.clip(&mut controls);
         self.sensed = command.origin;
-        if self.steps.saturating_mul(self.robot.model.step_ns) >= now.as_nanos() {
-            (self.input, self.later) = (controls.into(), None);
-        } else {
-            self.later = Some(controls.into());
-        }
+        let begin = Time::from_nanos(self.steps.saturating_mul(self.robot.model.step_ns));
+        self.input.set(controls.into(), now, begin);
     }
 
     /// Publishes the state, and ends the run if it is lost.
@@ -91,11 +84,11 @@ impl FreeRobot {
     }
 
     fn integrate(&mut self, steps: u64) {
-        self.data.ctrl_mut().copy_from_slice(&self.input);
+        self.data.ctrl_mut().copy_from_slice(self.input.next());
         for _ in 0..steps {
             self.data.step();
         }
-        self.taken = self.input.clone();
+        self.taken = self.input.next().clone();
         self.steps += steps;
     }
 }
@@ -106,9 +99,9 @@ impl World for FreeRobot {
         if steps <= self.steps {
             return;
         }
-        if let Some(later) = self.later.take() {
+        if self.input.changes() {
             self.integrate(1);
-            self.input = later;
+            self.input.go_on();
         }
         if steps > self.steps {
             self.integrate(steps - self.steps);

@@ -104,7 +104,9 @@ pub use robot::{JointValues, Joints, Picture, RobotInfo, Shape, StateTable, Styl
 pub use setup::Setup;
 pub use system::{System, acting, plant};
 pub use tally::{FigureValue, MeanCost, QuadraticCost, RunTally, SystemFigure};
-pub use world::{SharedWorld, StepMs, World, WorldError, WorldKind, depends_on_the_world};
+pub use world::{
+    SharedWorld, StepInput, StepMs, World, WorldError, WorldKind, depends_on_the_world,
+};
 
 /// An error while building a graph.
 #[derive(Debug, Error)]

@@ -118,6 +118,55 @@ pub trait World: Send + 'static {
     fn advance_to(&mut self, now: Time);
 }
 
+/// An input of a plant that moves in steps of physics. A step keeps the input that it begins with.
+#[derive(Clone, Copy, Debug)]
+pub struct StepInput<T> {
+    /// Input of the next step.
+    next: T,
+    /// Input of the steps after it, if it was set after the next step had begun.
+    later: Option<T>,
+}
+
+impl<T> StepInput<T> {
+    /// Creates an input that is `input` until another one is set.
+    pub fn new(input: T) -> Self {
+        let (next, later) = (input, None);
+        Self { next, later }
+    }
+
+    /// The input of the next step.
+    pub fn next(&self) -> &T {
+        &self.next
+    }
+
+    /// The input that was set last.
+    pub fn last_set(&self) -> &T {
+        self.later.as_ref().unwrap_or(&self.next)
+    }
+
+    /// Sets the input of every step that begins at run time `now` or later. `begin` is the begin of
+    /// the next step.
+    pub fn set(&mut self, input: T, now: Time, begin: Time) {
+        if begin >= now {
+            (self.next, self.later) = (input, None);
+        } else {
+            self.later = Some(input);
+        }
+    }
+
+    /// Whether the input changes after the next step.
+    pub fn changes(&self) -> bool {
+        self.later.is_some()
+    }
+
+    /// Goes on to the input of the steps after the next one.
+    pub fn go_on(&mut self) {
+        if let Some(later) = self.later.take() {
+            self.next = later;
+        }
+    }
+}
+
 /// A world that nodes share. Every access first advances it to the current run time.
 #[derive(Debug)]
 pub struct SharedWorld<W>(Arc<Shared<W>>);
