@@ -263,7 +263,7 @@ fn key_of(section: &'static FileSection, name: &Placed) -> Checked<&'static Form
     }
     let sections = SECTIONS[1..]
         .iter()
-        .map(|section| section.name)
+        .map(|other| other.name)
         .filter(|_| section.name.is_empty());
     let keys = section.keys.iter().map(|key| key.name);
     unknown("unknown key", name, keys.chain(sections))
@@ -321,22 +321,8 @@ fn texts(key: &FormatKey, value: ValueOf<'_>) -> Checked<Vec<Placed>> {
     let texts = match (form, value.get_ref()) {
         (Form::Text(_) | Form::Knob(_), DeValue::String(text)) => Some(vec![Placed::new(text, at)]),
         (Form::List(_), DeValue::Array(items)) => items.iter().map(text).collect(),
-        (Form::Remap, DeValue::Table(table)) => {
-            let pairs = in_order(table)
-                .into_iter()
-                .map(|(key, value)| Some([placed(key), text(value)?]));
-            pairs
-                .collect::<Option<Vec<_>>>()
-                .map(|pairs| pairs.concat())
-        }
-        (Form::Numbers, DeValue::Table(table)) => {
-            let pairs = in_order(table)
-                .into_iter()
-                .map(|(key, value)| Some([placed(key), numbers(value)?]));
-            pairs
-                .collect::<Option<Vec<_>>>()
-                .map(|pairs| pairs.concat())
-        }
+        (Form::Remap, DeValue::Table(table)) => pairs(table, text),
+        (Form::Numbers, DeValue::Table(table)) => pairs(table, numbers),
         (Form::Flag, DeValue::Boolean(flag)) => Some(vec![Placed::new(&flag.to_string(), at)]),
         (Form::Events, DeValue::Table(table)) => events(table),
         (_, content) => {
@@ -346,6 +332,18 @@ fn texts(key: &FormatKey, value: ValueOf<'_>) -> Checked<Vec<Placed>> {
     };
     let what = || format!("{}: expected {}", key.name, form.expected());
     texts.map_or_else(|| refuse(at, what()), Ok)
+}
+
+/// Keys and values in turn, each value as `of_value` reads it.
+fn pairs(
+    table: &DeTable<'_>,
+    of_value: impl Fn(ValueOf<'_>) -> Option<Placed>,
+) -> Option<Vec<Placed>> {
+    let mut texts = Vec::new();
+    for (key, value) in in_order(table) {
+        texts.extend([placed(key), of_value(value)?]);
+    }
+    Some(texts)
 }
 
 /// Times and knobs in turn.

@@ -76,14 +76,14 @@ pub(super) fn refuse<T>(at: usize, what: impl Into<String>) -> Checked<T> {
     Err(GraphRefusal::new(at, what))
 }
 
-/// Refuses `name`, of which there is `no` such thing among the `known` names.
+/// Refuses `name`, which is none of the `known` names; the error begins with `what`.
 pub(super) fn unknown<'n, T>(
-    no: &str,
+    what: &str,
     name: &Placed,
     known: impl Iterator<Item = &'n str>,
 ) -> Checked<T> {
     let instead = instead(&name.text, known);
-    refuse(name.at, format!("{no} {:?}: {instead}", name.text))
+    refuse(name.at, format!("{what} {:?}: {instead}", name.text))
 }
 
 /// The word of `known` that is most like `word`, if one is; all of them otherwise.

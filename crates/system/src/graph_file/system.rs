@@ -23,6 +23,37 @@ pub struct GraphSystem {
     settings: Vec<Knob>,
     events: Vec<TimedKnob>,
     pub(super) chains: Vec<DataChain>,
+    /// The verdicts where all limits are kept.
+    kept: Option<KeptVerdicts>,
+}
+
+/// The verdicts where all limits are kept.
+struct KeptVerdicts {
+    /// The run reached its end.
+    kept: VerdictKind,
+    /// The run was stopped before its end.
+    stopped: VerdictKind,
+}
+
+impl KeptVerdicts {
+    /// Names the limits of `chains`; `None` without limits.
+    fn new(chains: &[DataChain]) -> Option<Self> {
+        let limits: Vec<String> = chains.iter().filter_map(DataChain::within).collect();
+        let limits = match &limits[..] {
+            [] => return None,
+            [only] => only.clone(),
+            all => format!("{} chains within their limits", all.len()),
+        };
+        let held = |name: &'static str, text: String| VerdictKind {
+            name: name.into(),
+            lost: false,
+            text: text.into(),
+        };
+        Some(Self {
+            kept: held("kept", format!("KEPT ({limits})")),
+            stopped: held("stopped", format!("STOPPED at {{at}} (so far {limits})")),
+        })
+    }
 }
 
 impl GraphFile {
@@ -56,29 +87,6 @@ impl GraphSystem {
         Some(&*self.middle.as_ref()?.system)
     }
 
-    /// The verdicts where all limits are kept: to the end of the run, and until it was stopped;
-    /// `None` without limits.
-    fn limited(&self) -> Option<[VerdictKind; 2]> {
-        if self.chains.iter().all(|chain| chain.limit.is_none()) {
-            return None;
-        }
-        let limits = self.chains.iter().filter_map(DataChain::within);
-        let limits: Vec<String> = limits.collect();
-        let limits = match &limits[..] {
-            [only] => only.clone(),
-            all => format!("{} chains within their limits", all.len()),
-        };
-        let held = |name: &'static str, text: String| VerdictKind {
-            name: name.into(),
-            lost: false,
-            text: text.into(),
-        };
-        Some([
-            held("kept", format!("KEPT ({limits})")),
-            held("stopped", format!("STOPPED at {{at}} (so far {limits})")),
-        ])
-    }
-
     /// Checks that its graph takes each setting of the file.
     ///
     /// # Errors
@@ -105,9 +113,12 @@ impl GraphSystem {
         let about = middle.as_ref().map(|middle| middle.system.about());
         let inner = about.map_or(&[][..], |about| about.settings).iter();
         let own = file.settings.iter().map(|placed| &placed.knob);
+        let chains = file.chains.iter().map(|spec| spec.chain.clone());
+        let chains: Vec<DataChain> = chains.collect();
         Self {
             settings: inner.chain(own).cloned().collect(),
-            chains: file.chains.iter().map(|spec| spec.chain.clone()).collect(),
+            kept: KeptVerdicts::new(&chains),
+            chains,
             events: file.events.iter().map(|of| of.event.clone()).collect(),
             file: file.clone(),
             topology: OnceLock::new(),
@@ -248,16 +259,18 @@ impl System for GraphSystem {
 /// Judges a graph without a system in its middle: by its chains.
 impl Judge for GraphSystem {
     fn verdict(&self, exit: &ClockExit, at: Time, _: Option<&[f64]>) -> Verdict {
-        match (self.limited(), exit) {
+        match (&self.kept, exit) {
             (None, _) => Verdict::from_exit(exit, at),
-            (Some([kept, _]), ClockExit::Completed) => Verdict::new(kept, at),
-            (Some([_, stopped]), _) => Verdict::new(stopped, at),
+            (Some(of), ClockExit::Completed) => Verdict::new(of.kept.clone(), at),
+            (Some(of), _) => Verdict::new(of.stopped.clone(), at),
         }
     }
 
     fn verdicts(&self) -> Vec<VerdictKind> {
-        self.limited()
-            .map_or_else(|| VerdictKind::OF_EXITS.to_vec(), Vec::from)
+        match &self.kept {
+            None => VerdictKind::OF_EXITS.to_vec(),
+            Some(of) => vec![of.kept.clone(), of.stopped.clone()],
+        }
     }
 
     fn finals(&self, state: &[f64]) -> Vec<Final> {
