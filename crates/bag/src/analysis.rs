@@ -128,6 +128,11 @@ impl Analysis {
         self.nodes.iter().find(|node| node.topic == topic)
     }
 
+    /// The chain that ends with a topic.
+    pub fn chain(&self, topic: usize) -> Option<&BagChain> {
+        self.chains.iter().find(|chain| chain.topic == topic)
+    }
+
     /// Finds the nodes, and puts back what the recorder lost of their inputs.
     fn find_nodes(&mut self) {
         let names = self.names.clone();

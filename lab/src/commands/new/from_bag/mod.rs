@@ -63,11 +63,8 @@ pub fn graph(
     orders: &[ThreadOrder],
 ) -> GraphOfBag {
     let begins = analysis.nodes.iter().filter_map(|node| {
-        let path = analysis
-            .chains
-            .iter()
-            .find(|chain| chain.topic == node.topic)?;
-        let begun = analysis.begun(path.path[0], node.topic);
+        let chain = analysis.chain(node.topic)?;
+        let begun = analysis.begun(chain.path[0], node.topic);
         begun
             .into_iter()
             .map(|(event, begin)| event.min(begin))
@@ -100,10 +97,7 @@ pub fn graph(
 /// The nodes, each after what it reads.
 fn in_order(analysis: &Analysis) -> Vec<&BagNode> {
     let depth = |node: &&BagNode| {
-        let chain = analysis
-            .chains
-            .iter()
-            .find(|chain| chain.topic == node.topic);
+        let chain = analysis.chain(node.topic);
         chain.map_or(0, |chain| chain.path.len())
     };
     let mut nodes: Vec<&BagNode> = analysis.nodes.iter().collect();
@@ -227,25 +221,16 @@ impl Draft<'_> {
         chains.sort_by_key(|chain| (!is_leaf(chain), std::cmp::Reverse(chain.path.len())));
         for chain in chains.into_iter().take(MAX_CHAINS) {
             let Some(ages) = chain.ages else { continue };
-            let ends = chain.path.iter().map(|topic| {
-                format!(
-                    "{}, {}",
-                    sheet::quoted(&self.name(*topic)),
-                    self.quoted(*topic)
-                )
-            });
-            let mut path: Vec<String> = ends.collect();
-            if self.sheet.has_source(&self.name(chain.path[0])) {
-                let source = sheet::source_of(&self.name(chain.path[0]));
-                path.insert(
-                    0,
-                    format!(
-                        "{}, {}",
-                        sheet::quoted(&source),
-                        sheet::quoted(&format!("/{source}"))
-                    ),
-                );
+            let mut path = Vec::new();
+            let root = self.name(chain.path[0]);
+            if self.sheet.has_source(&root) {
+                let source = sheet::source_of(&root);
+                path.extend([source.clone(), format!("/{source}")]);
             }
+            for topic in &chain.path {
+                path.extend([self.name(*topic), self.names[*topic].0.clone()]);
+            }
+            let path: Vec<String> = path.iter().map(|name| sheet::quoted(name)).collect();
             let (mean, p99) = (ages.mean / 1e6, ages.p99 as f64 / 1e6);
             let mut lines = vec![
                 format!("\n# in the bag: mean {mean:.1} ms, p99 {p99:.1} ms over time"),
