@@ -21,12 +21,8 @@ pub fn known(
 ) -> Result<Vec<Arc<dyn System>>, GraphFileError> {
     let mut known = vec![built_in.clone()];
     if let Some(spec) = graph.plant() {
-        let folder = if folder == Path::new("") {
-            Path::new(".")
-        } else {
-            folder
-        };
-        let plant = RobotPlant::load(folder, spec);
+        // An empty path means the current folder, which is opened as `.`.
+        let plant = RobotPlant::load(&folder.join("."), spec);
         let plant = plant.map_err(|defect| graph.plant_error(defect.key, defect.what))?;
         known.push(Arc::new(plant));
     }

@@ -15,8 +15,11 @@ use crate::{
 };
 use ratelab_recording::printable::shown;
 
-/// What run time 0 is since 1970 (ns): a time of 0 is none in a bag.
-const BEGIN: u64 = 1_000_000_000;
+/// A second (ns).
+const SECOND: u64 = 1_000_000_000;
+
+/// The time since 1970 at run time 0 (ns). Tools for bags take a stamp of 0 for a missing one.
+const BEGIN: u64 = SECOND;
 
 // The columns with the time of a row, and with the header stamp of a message.
 const TIME: &str = "time_s";
@@ -50,7 +53,7 @@ struct Row {
     data: Vec<u8>,
 }
 
-/// The tables as MCAP, of a run that went on `until` a run time (ns).
+/// The tables as MCAP, of a run that went on until the run time `until` (ns).
 fn encoded(tables: &RunTables, until: u64) -> Result<Vec<u8>, McapError> {
     let mut file = Cursor::new(Vec::new());
     let mut writer = Writer::new(&mut file)?;
@@ -72,7 +75,7 @@ fn encoded(tables: &RunTables, until: u64) -> Result<Vec<u8>, McapError> {
         channels.push(channel(number, name, &columns));
     }
     let number = channels.len();
-    let columns = ["time_s".to_owned(), "event".to_owned()];
+    let columns = [TIME.to_owned(), "event".to_owned()];
     let end = [(until as f64 / 1e9).to_string(), "end".to_owned()];
     rows.extend(row(&columns, &end, number));
     channels.push(channel(number, "/ratelab/end".to_owned(), &columns));
@@ -122,7 +125,7 @@ fn channel(number: usize, topic: String, columns: &[String]) -> Arc<Channel<'sta
     })
 }
 
-/// A row as JSON, that of a message with its header stamp first; `None` without a time.
+/// A row as JSON, the row of a message with its header stamp first; `None` without a time.
 fn row(columns: &[String], cells: &[String], channel: usize) -> Option<Row> {
     let cell = |name: &str| {
         let mut pairs = columns.iter().zip(cells);
@@ -144,7 +147,7 @@ fn row(columns: &[String], cells: &[String], channel: usize) -> Option<Row> {
         format!("{}:{value}", json!(column))
     });
     let stamp = nanos(STAMP).map(|stamp| {
-        let (sec, nanosec) = (stamp / BEGIN, stamp % BEGIN);
+        let (sec, nanosec) = (stamp / SECOND, stamp % SECOND);
         format!(r#""header":{{"stamp":{{"sec":{sec},"nanosec":{nanosec}}}}}"#)
     });
     let all: Vec<String> = stamp.into_iter().chain(values).collect();

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use ratelab_bag::{Analysis, Bag, GapVerdict};
+use ratelab_screen::escaped;
 
 /// Pixels: width of the names, of the lanes, height of a lane, and of the scale.
 const NAMES: f64 = 260.0;
@@ -70,11 +71,12 @@ fn lane(
     let rate = figures
         .rate_hz
         .map_or_else(String::new, |rate| format!(" {rate:.1} Hz"));
+    let name: String = topic.name.chars().take(MAX_NAME).collect();
     let _ = writeln!(
         svg,
         "<text x=\"4\" y=\"{:.1}\">{}<tspan fill=\"#777777\">{rate}</tspan></text>",
         y + 15.0,
-        escaped(&topic.name)
+        escaped(&name)
     );
     // Columns with messages, joined: a lane of many messages is a few lines.
     let mut counts = vec![0_u32; COLUMNS];
@@ -110,16 +112,4 @@ fn lane(
             gap.length as f64 / 1e6
         );
     }
-}
-
-/// `name` as text of XML, shortened.
-fn escaped(name: &str) -> String {
-    let letters = name.chars().take(MAX_NAME).flat_map(|c| match c {
-        '&' => "&amp;".chars().collect::<Vec<_>>(),
-        '<' => "&lt;".chars().collect(),
-        '>' => "&gt;".chars().collect(),
-        c if c.is_control() => vec!['?'],
-        c => vec![c],
-    });
-    letters.collect()
 }

@@ -89,11 +89,8 @@ impl MarginAxis {
             return Ok(Vec::new());
         }
         let knobs = self.knobs.iter();
-        let knobs = knobs.map(|knob| knob.replace("{}", value));
-        let parse = |knob: String| {
-            let parsed = knob.parse::<Knob>();
-            parsed.map_err(|why| Error::BadInput(format!("{knob}: {why}")))
-        };
-        knobs.map(parse).collect()
+        knobs
+            .map(|knob| super::knob(&knob.replace("{}", value)))
+            .collect()
     }
 }

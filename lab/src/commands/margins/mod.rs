@@ -40,7 +40,8 @@ pub fn margins(program: &Program, args: &MarginsArgs) -> Result<(), Error> {
     let (mut config, _) = options::graph(program, &args.graph, &DEFAULTS)?;
     let (plant, spec) = robot(program)?;
     if config.setup.rate(ACTUATOR).is_none() {
-        config.setup.set(actuator_knob()?);
+        let rate = format!("rate {ACTUATOR} {ACTUATOR_HZ}");
+        config.setup.set(knob(&rate)?);
     }
     let config = config.resolved(&*program.system)?;
     let seeds = args.seeds.as_ref().map(|seeds| seeds.values().to_vec());
@@ -58,7 +59,9 @@ pub fn margins(program: &Program, args: &MarginsArgs) -> Result<(), Error> {
     let steps = axes.iter().map(MarginAxis::tries).sum::<u64>() + 1;
     let bar = ProgressLine::new(steps * seeds.len() as u64, "the runs at most".to_owned());
     let ran = || bar.advance();
-    let held = trials.run(&hold()?, &ran)?;
+    // The robot gets the controls of its pose for ever.
+    let hold = knob(&format!("send {POLICY} hold"))?;
+    let held = trials.run(&[hold], &ran)?;
     let mut stopped = None;
     let mut margins = Vec::new();
     for axis in axes {
@@ -111,15 +114,6 @@ fn theory(plant: &RobotPlant, axis: &MarginAxis, hz: Hz) -> Option<f64> {
         "rate" => plant.lowest_rate(hz),
         _ => None,
     }
-}
-
-fn actuator_knob() -> Result<Knob, Error> {
-    knob(&format!("rate {ACTUATOR} {ACTUATOR_HZ}"))
-}
-
-/// Returns the knobs of a robot that gets the controls of its pose for ever.
-fn hold() -> Result<Vec<Knob>, Error> {
-    Ok(vec![knob(&format!("send {POLICY} hold"))?])
 }
 
 /// Parses a knob.

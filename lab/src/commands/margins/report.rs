@@ -75,12 +75,13 @@ impl MarginReport<'_> {
     pub fn text(&self) -> String {
         let (runs, spec) = (self.trials.seeds.len(), self.spec);
         let named = spec.limits.iter().filter(|(name, _)| name != "*");
-        let named = named.map(|(name, limit)| format!("{name} {limit}"));
-        let others = self.other_limit.map(|limit| match spec.limits.len() {
-            0 => format!("all {limit}"),
-            _ => format!("others {limit}"),
-        });
-        let limits: Vec<String> = named.chain(others).collect();
+        let mut limits: Vec<String> = named
+            .map(|(name, limit)| format!("{name} {limit}"))
+            .collect();
+        if let Some(limit) = self.other_limit {
+            let which = if limits.is_empty() { "all" } else { "others" };
+            limits.push(format!("{which} {limit}"));
+        }
         let mut lines = vec![
             format!("robot     {}", self.name),
             format!("start     speeds up to {} m/s, rad/s", spec.start),
@@ -96,7 +97,7 @@ impl MarginReport<'_> {
             0 => "no run goes well with the controls of the pose alone".to_owned(),
             held => format!(
                 "{held} of {runs} runs go well with the controls of the pose alone: \
-                 there age costs what feedback adds"
+                 there only feedback on old data can lose the robot"
             ),
         };
         lines.push(format!("hold      {held}"));
