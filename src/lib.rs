@@ -44,7 +44,7 @@
 //! | for commands | `control/`, then `clock/obey.rs`, `graph/control.rs`, `scheduling/node_knobs.rs` | how a run is changed, who carries a command out, and what is logged of it |
 //! | for executors | `scheduling/executors/`, `graph/executors.rs` | how several nodes share threads, and in which order |
 //! | for threads | `clock/task_sets.rs`, `clock/worker.rs`, then `crates/real-clock` | the same schedule under another clock |
-//! | for reruns | `shared.rs`, `journal/`, then `crates/re-execution` | what must be known to run threads again |
+//! | for re-execution | `shared.rs`, `journal/`, then `crates/re-execution` | what must be known to run threads again |
 //!
 //! # What to change
 //!

@@ -131,8 +131,8 @@ impl<T> Shared<T> {
         *self.lock_name.get_or_init(|| LockName::new(&self.name))
     }
 
-    /// Locks the value as [`Self::peek`] does. A thread that the rerun holds within this lock is let
-    /// go.
+    /// Locks the value as [`Self::peek`] does. A thread that the re-execution holds within this
+    /// lock is let go.
     fn past_held(&self, follower: &dyn TurnFollower) -> SharedGuard<'_, T> {
         match self.state.try_lock() {
             Ok(state) => SharedGuard { state },

@@ -1,5 +1,5 @@
 //! A thread of a task set: what it does for its nodes, at the times that its clock knows. The real
-//! clock asks the wall, a rerun of the run its log.
+//! clock asks the wall; in a re-execution the log of the run tells the times.
 
 use std::time::Duration;
 

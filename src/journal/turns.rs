@@ -68,8 +68,8 @@ pub trait TurnFollower {
     /// The thread waits for its turn, or waits no more.
     fn waits(&self, waits: bool);
 
-    /// Another thread is within the lock that this one is to take. If the rerun holds it there, it
-    /// lets it go.
+    /// Another thread is within the lock that this one is to take. If the re-execution holds the
+    /// other thread there, the re-execution lets it go.
     fn is_blocked(&self);
 }
 

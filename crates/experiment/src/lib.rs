@@ -3,7 +3,7 @@
 //! An [`Experiment`] is one run: configuration in, summary out. A [`sweep`] makes many runs, a
 //! [`hunt`] searches for one that fails, [`advise`] tries what could make data younger, and [`cause`]
 //! tells why a run is lost.
-//! A [`Table`] prints figures of either.
+//! A [`Table`] prints figures.
 //!
 //! Stands on `ratelab`, `ratelab-metrics`, `ratelab-system`, `ratelab-real-clock` and
 //! `ratelab-re-execution`; knows no robot, terminal or recording. Begin with [`Experiment`].

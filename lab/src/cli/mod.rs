@@ -88,7 +88,7 @@ pub enum Command {
     Table(TableArgs),
     /// Write a recording as a trace for Perfetto: what each tick and message did.
     Trace(TraceArgs),
-    /// Write a recording as MCAP, for tools of other robots: messages, ages, drops, overruns.
+    /// Write a recording as MCAP, for other tools: messages, ages, drops, overruns.
     Export(ExportArgs),
     /// Write recordings as one page for the browser, which plays them.
     ExportWeb(ExportWebArgs),

@@ -46,7 +46,7 @@ pub enum BagError {
         /// The error.
         why: io::Error,
     },
-    /// A text that is no edge.
+    /// A text that does not name an edge.
     #[error("expected an edge between two topics of the bag, such as \"/plan > /cmd\"")]
     NoEdge,
     /// A topic that the bag does not have.
@@ -107,7 +107,7 @@ impl FileReading<'_> {
 /// Reads the bag at `path`, a file or a folder, and tells `watch` how far it is.
 ///
 /// # Errors
-/// [`BagError`] where there is no bag, or none with a whole message.
+/// [`BagError`] for a path without a bag, and for a bag without a whole message.
 pub fn read(path: &Path, watch: Watch<'_>) -> Result<Bag, BagError> {
     let name = path.display().to_string();
     let (files, missing) = if path.is_dir() {
@@ -201,7 +201,7 @@ fn read_file(mut source: File, reading: &mut FileReading<'_>) -> Result<(), BagE
     read.map_err(|why| unreadable(&path, why))
 }
 
-/// What a file is that is no bag.
+/// What a file is instead of a bag.
 fn found(head: &[u8], length: u64) -> String {
     if head.starts_with(b"SQLite format 3\0") {
         return "an SQLite file: ros2 bag convert makes an MCAP file of it".to_owned();
