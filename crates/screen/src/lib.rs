@@ -30,6 +30,7 @@ mod frame;
 mod history;
 mod knobs;
 mod lineage_taps;
+mod overlap;
 mod panes;
 pub mod picture;
 mod plan;

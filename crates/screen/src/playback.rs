@@ -16,7 +16,7 @@ use super::{
     error::KeyError,
     frame::TRACE_S,
     knobs::{Direction, SPEEDS},
-    plan::{HeldOverlap, OverlapView, neighbour},
+    overlap::{HeldOverlap, OverlapView, neighbour},
     run::{RunSource, StatusExtra, WatchedRows, watched},
     sampler::Sampler,
 };

@@ -14,7 +14,7 @@ use crate::{
     results::{context, destination, plan, print_results, record},
     signals,
     summary::{
-        ages::{self, PhaseSpread},
+        phases::{PhaseSpread, phase_sweep},
         text::ReportContext,
     },
 };
@@ -32,7 +32,7 @@ pub fn run(program: &Program, plain: &PlainRunArgs) -> Result<(), Error> {
     }
     let phases = plain
         .phases
-        .map(|count| ages::sweep(&experiment, count))
+        .map(|count| phase_sweep(&experiment, count))
         .transpose()?;
     let (commands, interrupt) = (experiment.commands(), Interrupt::default());
     let asked = interrupt.clone();

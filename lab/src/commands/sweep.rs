@@ -16,8 +16,8 @@ use crate::{
     screen::theme,
     signals,
     sweep::{
-        by_age::{self, AgeTable},
-        csv,
+        by_age::AgeTable,
+        csv, json,
         map::{self, MapStyle},
         record::Record,
         summary::SweepSummary,
@@ -129,7 +129,7 @@ fn print_results(
         file.write(svg::svg(&summary).as_bytes())?;
     }
     let by_age = args.by.map(|ByArg::Age| AgeTable::new(swept, &summary));
-    let json = by_age::text(&summary, swept, topics, by_age.as_ref());
+    let json = json::text(&summary, swept, topics, by_age.as_ref());
     outputs.write(&json)?;
     if args.json {
         print_data(&json)?;

@@ -3,6 +3,7 @@
 pub mod ages;
 mod bag;
 pub mod json;
+pub mod phases;
 pub mod text;
 
 use std::time::Duration;

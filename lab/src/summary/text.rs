@@ -13,10 +13,7 @@ use ratelab_system::{
     plant,
 };
 
-use super::{
-    ages::{self, PhaseSpread},
-    bag,
-};
+use super::{ages, bag, phases::PhaseSpread};
 use crate::summary::{self, was_late};
 use ratelab_recording::printable::in_line;
 

@@ -2,7 +2,7 @@
 
 use ratelab::KnobKind;
 
-use super::summary::{self, RowSummary, SweepSummary};
+use super::summary::{RowSummary, SweepSummary};
 use crate::summary::text::line;
 
 /// Returns the lines for the rows of one group.
@@ -92,7 +92,7 @@ impl CliffWords<'_> {
         });
         let (_, pair) = drops.max_by(|(a, _), (b, _)| a.total_cmp(b))?;
         let [less, more] =
-            [pair[0], pair[1]].map(|row| format!("{} at {}", summary::count(row), self.at(row)));
+            [pair[0], pair[1]].map(|row| format!("{} at {}", row.survival_text(), self.at(row)));
         let (_, better) = self.words();
         Some(format!("{less}, then {more}: {better}, yet worse"))
     }

@@ -7,7 +7,9 @@
 
 pub mod by_age;
 pub mod cliff;
+pub mod columns;
 pub mod csv;
+pub mod json;
 pub mod map;
 pub mod options;
 pub mod record;

@@ -13,7 +13,7 @@ use crate::{
     error::Error,
     options::{read_knob, resolved, setup, timing, world},
     program::Program,
-    sweep::csv::slowest_first,
+    sweep::columns::slowest_first,
 };
 
 /// Number of seeds, if none are given.

@@ -6,7 +6,7 @@ use ratelab_system::names;
 use serde_json::{Value, json};
 
 use super::{
-    csv::{self, Column, PartColumn},
+    columns::{self, Column, PartColumn},
     theory::{Edge, RowTheory},
 };
 use crate::{error::Error, summary::rounded};
@@ -81,9 +81,9 @@ impl SweepSummary {
     /// [`Error`] if the theory fails, or the sweep has no axis.
     pub fn new(swept: &Swept, wanted: bool) -> Result<Self, Error> {
         let sweep = swept.sweep();
-        let main =
-            csv::main(sweep).ok_or_else(|| Error::BadInput("nothing is swept".to_owned()))?;
-        let parts = csv::columns(swept.finished().map(|(_, outcome)| outcome));
+        let main = columns::main_knob(sweep)
+            .ok_or_else(|| Error::BadInput("nothing is swept".to_owned()))?;
+        let parts = columns::part_columns(swept.finished().map(|(_, outcome)| outcome));
         let mut finished = swept.finished();
         let rows = swept
             .survival()
@@ -163,7 +163,7 @@ impl SweepSummary {
         let Some(row) = rows.first() else {
             return String::new();
         };
-        let columns = csv::all(&self.sweep).into_iter();
+        let columns = columns::knob_columns(&self.sweep).into_iter();
         let slower = columns.filter(|column| column.name != self.main.name && wanted(column));
         let parts = slower.map(|column| {
             let value = column.short(&self.sweep, &row.survival.cell);
@@ -190,6 +190,14 @@ impl SweepSummary {
 }
 
 impl RowSummary {
+    /// Returns how many of its runs were successful, such as `3 of 10`.
+    pub fn survival_text(&self) -> String {
+        match self.survival.runs {
+            0 => "-".to_owned(),
+            runs => format!("{} of {runs}", self.survival.held),
+        }
+    }
+
     /// Returns the edge that theory draws between this row and the next.
     pub fn edge(&self, next: &Self) -> Option<Edge> {
         Edge::between(self.theory, next.theory)
@@ -288,17 +296,17 @@ pub const STANDS: Figure = Figure {
 };
 
 /// Returns the figures of all rows, as far as the system has them and they are asked for.
-pub fn all(summary: &SweepSummary) -> Vec<Figure> {
+pub fn figures(summary: &SweepSummary) -> Vec<Figure> {
     let mut figures = vec![LATENCY, AGE, LOST];
     let cost = summary.sweep.system.judge().quadratic_cost();
     figures.extend(cost.map(|_| COST));
-    figures.extend(theory(summary));
+    figures.extend(theory_figures(summary));
     figures
 }
 
 /// Returns the figures of linear theory, if it is asked for: the growth, and what it has for
 /// chunks.
-pub fn theory(summary: &SweepSummary) -> impl Iterator<Item = Figure> {
+pub fn theory_figures(summary: &SweepSummary) -> impl Iterator<Item = Figure> {
     let of_chunks = summary.rows().iter().any(|row| row.theory.stands.is_some());
     let figures = [Some(GROWTH), of_chunks.then_some(STANDS)];
     figures.into_iter().flatten().filter(|_| summary.theory)
@@ -332,13 +340,5 @@ impl Figure {
         } else {
             json!(value.map(rounded))
         }
-    }
-}
-
-/// Returns how many runs were successful.
-pub fn count(row: &RowSummary) -> String {
-    match row.survival.runs {
-        0 => "-".to_owned(),
-        runs => format!("{} of {runs}", row.survival.held),
     }
 }

@@ -6,7 +6,7 @@ use ratelab::millis;
 use ratelab_screen::{Look, Theme, escaped};
 
 use super::{
-    csv::PartColumn,
+    columns::PartColumn,
     map,
     summary::{self, RowSummary, SweepGrid, SweepSummary},
 };
@@ -114,7 +114,7 @@ impl<'s> HeatMap<'s> {
         let value = self.summary.main.with_unit(&row.value);
         let value = format!("{} {value}", self.summary.main.label());
         let place_name = [name, &value].join(" ");
-        let told = format!("{}: {}", place_name.trim(), summary::count(row));
+        let told = format!("{}: {}", place_name.trim(), row.survival_text());
         let told = escaped(&told);
         let _ = writeln!(
             svg,
@@ -160,12 +160,12 @@ pub fn markdown(summary: &SweepSummary, theme: &Theme) -> String {
 
 /// Returns the rows of one group with their figures, below a heading.
 fn figures(summary: &SweepSummary, rows: &[RowSummary]) -> Vec<Vec<String>> {
-    let figures = summary::all(summary);
+    let figures = summary::figures(summary);
     let mut head = vec![summary.main.heading(), summary.good.clone()];
     head.extend(figures.iter().map(|of| format!("{}{}", of.name, of.unit)));
     head.extend(summary.parts.iter().map(PartColumn::name));
     let body = rows.iter().map(|row| {
-        let mut cells = vec![row.value.clone(), summary::count(row)];
+        let mut cells = vec![row.value.clone(), row.survival_text()];
         cells.extend(figures.iter().map(|figure| figure.text(row)));
         let ms = |ms: &Option<f64>| ms.map_or("-".to_owned(), millis::text);
         cells.extend(row.parts.iter().map(ms));
@@ -180,7 +180,7 @@ fn counts(summary: &SweepSummary) -> Vec<Vec<String>> {
     let values = grid.values.into_iter().map(str::to_owned);
     let head: Vec<String> = [grid.heading].into_iter().chain(values).collect();
     let rows = grid.groups.into_iter().map(|(name, rows)| {
-        let counts = rows.iter().map(summary::count);
+        let counts = rows.iter().map(RowSummary::survival_text);
         [name].into_iter().chain(counts).collect()
     });
     [head].into_iter().chain(rows).collect()

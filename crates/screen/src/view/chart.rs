@@ -1,4 +1,4 @@
-//! Curves over the last seconds, and histograms.
+//! Charts: curves over the last seconds, and histograms.
 
 use std::iter::repeat_n;
 
@@ -226,8 +226,8 @@ fn faint_dashes(theme: &Theme) -> Pen {
 /// Maximum width of a bar (columns).
 const WIDEST: usize = 4;
 
-/// Draws bars, and below them the axis with the reference period.
-pub fn render(latency: &LatencyData, mut sheet: Sheet<'_>) {
+/// Draws latencies as bars, and below them the axis with the reference period.
+pub fn histogram(latency: &LatencyData, mut sheet: Sheet<'_>) {
     let (room, height) = (sheet.width(), sheet.height().saturating_sub(1));
     if height == 0 || room < WIDEST || latency.bins.is_empty() {
         return;
@@ -309,7 +309,7 @@ mod tests {
     use std::time::Duration;
 
     fn bars(latency: &LatencyData, size: (u16, u16), theme: &Theme) -> Buffer {
-        screen(size, theme, |sheet| render(latency, sheet))
+        screen(size, theme, |sheet| histogram(latency, sheet))
     }
 
     #[test]
@@ -350,7 +350,7 @@ mod tests {
             bins: vec![u64::MAX, 0, 1],
             ..LatencyData::default()
         };
-        torture(|sheet| render(&odd, sheet));
-        torture(|sheet| render(&LatencyData::default(), sheet));
+        torture(|sheet| histogram(&odd, sheet));
+        torture(|sheet| histogram(&LatencyData::default(), sheet));
     }
 }

@@ -99,7 +99,7 @@ fn side_by_side_with(frame: &FrameData, latency: &LatencyData, mut sheet: Sheet<
     beside.lines(0, 0, lines);
     let bars = beside.height().saturating_sub(used + 1).min(BEST_HISTOGRAM);
     if bars >= MIN_HISTOGRAM {
-        chart::render(latency, beside.rows(used + 1, bars));
+        chart::histogram(latency, beside.rows(used + 1, bars));
     }
 }
 
@@ -119,7 +119,7 @@ fn stacked(frame: &FrameData, latency: &LatencyData, mut sheet: Sheet<'_>) {
     let spare = height.saturating_sub(used + blank + table);
     let bars = spare.clamp(MIN_HISTOGRAM, BEST_HISTOGRAM);
     if used + bars + table <= height {
-        chart::render(latency, sheet.rows(used, bars));
+        chart::histogram(latency, sheet.rows(used, bars));
         used += bars;
     }
     nodes(frame, sheet.rows(used + blank, usize::MAX));

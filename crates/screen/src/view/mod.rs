@@ -17,9 +17,11 @@ mod graph;
 mod layout;
 mod overlap;
 mod page;
+mod plan;
 mod plant;
 pub(super) mod sheet;
 mod signal;
+mod status;
 mod table;
 mod text;
 mod timeline;
@@ -38,8 +40,8 @@ use super::{
     cliff::CliffMap,
     frame::{FrameData, SignalTrace},
     knobs::KnobFocus,
+    overlap::OverlapView,
     panes::{Page, Pane, Panes},
-    plan::OverlapView,
     playback::Playback,
     prompt::Prompt,
     run::StatusExtra,
@@ -180,7 +182,7 @@ fn render_parts(shown: &ScreenState<'_>, mut sheet: Sheet<'_>) {
     let heights = [sheet::clamp(head.len()), scrubber];
     let layout = ScreenLayout::new(area, shown.panes, heights, |pane| shown.has(pane));
     let name = shown.system.name();
-    bottom::render_status(name, shown.frame, &shown.extra, sheet.part(layout.status));
+    status::render(name, shown.frame, &shown.extra, sheet.part(layout.status));
     sheet.part(layout.age).lines(0, 0, head);
     verdict_line(shown, sheet.part(layout.verdict));
     for (pane, area) in &layout.panes {
@@ -189,7 +191,7 @@ fn render_parts(shown: &ScreenState<'_>, mut sheet: Sheet<'_>) {
         render_pane(shown, *pane, part);
     }
     if let Some(playback) = shown.scrubber {
-        layout::render(playback, sheet.part(layout.scrubber));
+        bottom::render_scrubber(playback, sheet.part(layout.scrubber));
     }
     if let Some(page) = &shown.aside {
         page::render(page, sheet.part(place_aside(&layout)));

@@ -8,7 +8,7 @@ use ratelab_system::{AgeLimits, Signal};
 
 use super::{
     chart::{Columns, Level},
-    overlap,
+    plan,
     sheet::{Sheet, rows},
     text::{line, plain, signed, width},
 };
@@ -58,10 +58,10 @@ pub fn render(trace: &SignalTrace, newest: Option<&PlanData>, now: Time, sheet: 
     if pane.area.is_empty() {
         return;
     }
-    let below = pane.height().saturating_sub(overlap::HEIGHT);
-    let shown_plan = newest.filter(|_| below >= overlap::HEIGHT);
+    let below = pane.height().saturating_sub(plan::HEIGHT);
+    let shown_plan = newest.filter(|_| below >= plan::HEIGHT);
     if let Some(shown_plan) = shown_plan {
-        overlap::render_plan(shown_plan, pane.rows(below, overlap::HEIGHT));
+        plan::render(shown_plan, pane.rows(below, plan::HEIGHT));
         pane.area = rows(pane.area, 0, below);
     }
     let height = pane.height();

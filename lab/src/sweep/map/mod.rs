@@ -7,7 +7,7 @@ use ratelab_screen::{SurvivalLevel, Theme};
 
 use super::{
     by_age::AgeTable,
-    cliff, csv,
+    cliff, columns,
     summary::{self, RowSummary, SweepSummary},
     theory::Edge,
 };
@@ -55,7 +55,7 @@ pub fn text(summary: &SweepSummary, style: &MapStyle) -> String {
         }
         _ => {
             lines.extend(heat::lines(summary, style));
-            for figure in summary::theory(summary) {
+            for figure in summary::theory_figures(summary) {
                 lines.push(String::new());
                 lines.extend(heat::theory(summary, style, &figure));
             }
@@ -142,7 +142,7 @@ fn fixed(sweep: &Sweep) -> String {
     let Some(cell) = sweep.cell(0) else {
         return String::new();
     };
-    let columns = csv::all(sweep)
+    let columns = columns::knob_columns(sweep)
         .into_iter()
         .filter(|column| !column.is_swept_by_another(sweep));
     let fixed = columns.filter(|column| {
@@ -170,7 +170,7 @@ fn factors(sweep: &Sweep) -> Vec<String> {
         format!("{count} {plural}")
     };
     let main = sweep.axes.last();
-    let columns = csv::all(sweep).into_iter();
+    let columns = columns::knob_columns(sweep).into_iter();
     let several = columns.filter_map(|column| {
         let axis = sweep.axis(&column.name)?;
         let counts = axis.values.len() > 1 || main == Some(axis);
@@ -207,12 +207,12 @@ fn list(summary: &SweepSummary, rows: &[RowSummary], theme: &Theme) -> Vec<Strin
     let wide = values.max().unwrap_or(0).max(heading.chars().count());
     let counts = rows
         .iter()
-        .map(|row| summary::count(row).len())
+        .map(|row| row.survival_text().len())
         .max()
         .unwrap_or(0)
         .max(good.len());
     let bar_width = if summary.theory { SHORT_BAR } else { BAR };
-    let figures = summary::all(summary);
+    let figures = summary::figures(summary);
     let line = |value: &str, count: &str, bar: &str, cells: &dyn Fn(&summary::Figure) -> String| {
         let cells: String = figures
             .iter()
@@ -226,7 +226,7 @@ fn list(summary: &SweepSummary, rows: &[RowSummary], theme: &Theme) -> Vec<Strin
     for (place, row) in rows.iter().enumerate() {
         let bar = SurvivalLevel::bar(row.survival.held, row.survival.runs, bar_width, theme);
         let cells = |figure: &summary::Figure| figure.text(row);
-        lines.push(line(&row.value, &summary::count(row), &bar, &cells));
+        lines.push(line(&row.value, &row.survival_text(), &bar, &cells));
         let next = rows.get(place + 1);
         if let Some(edge) = next.and_then(|next| row.edge(next)) {
             let width = wide + 2 + counts + 2 + bar_width;

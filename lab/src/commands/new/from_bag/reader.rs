@@ -12,7 +12,7 @@ use super::{
 const SLIGHTLY_LATE: f64 = 0.05;
 
 /// The part of the outputs of a timer below which it does not repeat what it published.
-const NO_REPEATS: f64 = 0.005;
+pub(super) const NO_REPEATS: f64 = 0.005;
 
 /// The mean interval of its outputs, in periods, from which on some ticks have none.
 const SOME_MISSING: f64 = 1.02;

@@ -2,6 +2,8 @@
 
 use ratelab_bag::{Analysis, BagChain, BagNode, Kind};
 
+use super::reader;
+
 /// How sure a kind must be.
 pub const SURE: f64 = 0.55;
 
@@ -69,7 +71,7 @@ fn may_repeat(analysis: &Analysis, node: &BagNode) -> bool {
         .input
         .as_ref()
         .map_or(0.0, |input| input.triggered.repeats);
-    node.kind == Kind::Timer && repeats < 0.005 && load(analysis, node) > MUCH
+    node.kind == Kind::Timer && repeats < reader::NO_REPEATS && load(analysis, node) > MUCH
 }
 
 /// The part of a core that a node needs.
