@@ -11,7 +11,7 @@ use crate::{
     BodyData, PlantDefect,
     gains::gains,
     linear::LinearRobot,
-    model::RobotModel,
+    model::{JointKind, RobotModel},
     model_error::RobotModelError,
     reference::{Reference, found},
 };
@@ -144,7 +144,7 @@ impl Robot {
             .model
             .joints
             .iter()
-            .any(|joint| joint.numbers() == [7, 6]);
+            .any(|joint| joint.kind == JointKind::Free);
         has_free
             && self.begin(0).is_ok_and(|mut data| {
                 data.forward();

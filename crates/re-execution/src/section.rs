@@ -1,4 +1,4 @@
-//! A log as what it is about: stretches of threads, and commands at rest between them.
+//! A log in sections: stretches of threads, and commands at rest between them.
 
 use std::{collections::BTreeSet, iter::Peekable, vec::IntoIter};
 

@@ -28,6 +28,9 @@ use ratelab_recording::printable::shown;
 /// The fewest messages of a sensor that nobody reads.
 const MIN_COUNT: usize = 50;
 
+/// The part of the outputs of a timer below which it does not repeat what it published.
+const NO_REPEATS: f64 = 0.005;
+
 /// A graph file, and the files beside it.
 pub struct GraphOfBag {
     /// The graph file.

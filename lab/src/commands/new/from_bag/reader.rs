@@ -3,16 +3,13 @@
 use ratelab_bag::{BagNode, InputOfNode, Kind, Timed, TimerRun};
 
 use super::{
-    Draft,
+    Draft, NO_REPEATS,
     sheet::{nine_digits, number},
     unsure,
 };
 
 /// The part of a period by which a tick may wait for what it read in the bag.
 const SLIGHTLY_LATE: f64 = 0.05;
-
-/// The part of the outputs of a timer below which it does not repeat what it published.
-pub(super) const NO_REPEATS: f64 = 0.005;
 
 /// The mean interval of its outputs, in periods, from which on some ticks have none.
 const SOME_MISSING: f64 = 1.02;

@@ -2,7 +2,7 @@
 
 use ratelab_bag::{Analysis, BagChain, BagNode, Kind};
 
-use super::reader;
+use super::NO_REPEATS;
 
 /// How sure a kind must be.
 pub const SURE: f64 = 0.55;
@@ -71,7 +71,7 @@ fn may_repeat(analysis: &Analysis, node: &BagNode) -> bool {
         .input
         .as_ref()
         .map_or(0.0, |input| input.triggered.repeats);
-    node.kind == Kind::Timer && repeats < reader::NO_REPEATS && load(analysis, node) > MUCH
+    node.kind == Kind::Timer && repeats < NO_REPEATS && load(analysis, node) > MUCH
 }
 
 /// The part of a core that a node needs.
