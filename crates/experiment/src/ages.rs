@@ -3,10 +3,10 @@
 use std::thread::{self, JoinHandle};
 
 use ratelab::{Time, Topology};
-use ratelab_metrics::{AgeStage, Lineage, NodeAccount, Observer};
+use ratelab_metrics::{AgeOverTime, AgeStage, Lineage, NodeAccount, Observer};
 use ratelab_system::{Setup, System};
 
-use crate::{Taps, over_time::AgeOverTime};
+use crate::Taps;
 
 /// Number of lots of messages and ticks that may wait to be counted.
 pub(super) const BACKLOG: usize = 16;

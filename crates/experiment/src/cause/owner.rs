@@ -3,11 +3,11 @@
 use std::{ops::Range, time::Duration};
 
 use ratelab::{Head, Knob, KnobKind, Time, TimedKnob};
-use ratelab_metrics::{AgeStage, NodeAccount, TracedTick};
+use ratelab_metrics::{AgeStage, NodeAccount, TracedTick, mean_parts};
 use ratelab_system::Setup;
 
 use super::{AgeOwner, Facts};
-use crate::{mean_parts, millis::mean};
+use crate::millis::mean;
 
 impl Facts<'_> {
     /// Returns the owners of the push age of `node`, each with its mean part, the largest first.

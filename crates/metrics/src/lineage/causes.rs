@@ -13,6 +13,15 @@ use super::{DataWay, Lineage, TracedTick, TracedTopic};
 /// When the newest data of each node that begins data began (run time), by the indices of the nodes.
 pub(super) type Beginnings = SmallVec<[(usize, Time); 2]>;
 
+/// A message of a chain.
+pub(super) struct Step<'a> {
+    pub(super) message: MessageId,
+    /// Without its payload; `None` if it is not known.
+    pub(super) sent: Option<&'a Head>,
+    /// The tick that published it, with its node and its index among the ticks of the node.
+    pub(super) made: Option<(usize, usize, &'a TracedTick)>,
+}
+
 impl TracedTopic {
     /// The message with this sequence number.
     pub(super) fn message(&self, seq: u64) -> Option<&Head> {
@@ -79,48 +88,57 @@ impl Lineage {
             .collect()
     }
 
-    /// The messages that carried the data of `message`, newest first, each with its tick. Without a
-    /// path, follows the data of `source`.
+    /// The messages that carried the data of `message`, newest first. Without a path, follows the data
+    /// of `source`.
     pub(super) fn steps(
         &self,
         message: MessageId,
         source: Option<usize>,
-    ) -> impl Iterator<Item = (MessageId, Option<(usize, usize)>)> {
+    ) -> impl Iterator<Item = Step<'_>> {
         let mut next = Some(message);
         iter::from_fn(move || {
-            let message = next?;
-            let made = self.made_by(message);
-            next = made.and_then(|tick| self.behind(message, tick, source));
-            Some((message, made))
+            let step = self.step(next?);
+            next = self.behind(&step, source);
+            Some(step)
         })
     }
 
-    /// The message that the data of another one came with, which the tick with this index
-    /// published; `None` if they begin with the tick.
-    fn behind(
-        &self,
-        message: MessageId,
-        (node, index): (usize, usize),
-        source: Option<usize>,
-    ) -> Option<MessageId> {
-        let from = self.head(message)?.from;
+    fn step(&self, message: MessageId) -> Step<'_> {
+        let sent = self.head(message);
+        let by = sent.and_then(|sent| sent.by);
+        let made = by.and_then(|by| {
+            let index = self.index_of(by)?;
+            let worked = &self.nodes[by.node].ticks[index];
+            Some((by.node, index, worked))
+        });
+        Step {
+            message,
+            sent,
+            made,
+        }
+    }
+
+    /// The message that the data of another one came with, which a tick published; `None` if they
+    /// begin with the tick.
+    fn behind(&self, step: &Step<'_>, source: Option<usize>) -> Option<MessageId> {
+        let (_, _, worked) = step.made?;
+        let from = step.sent?.from;
         if from == Derived::Nothing {
             return None;
         }
         let from = from.message();
         let DataWay::Along(path) = &self.way else {
-            return from.or_else(|| self.newest_read(node, index, source?));
+            return from.or_else(|| self.newest_read(worked, source?));
         };
-        let place = path.iter().position(|topic| *topic == message.topic)?;
+        let place = path.iter().position(|topic| *topic == step.message.topic)?;
         let before = *path.get(place.checked_sub(1)?)?;
         from.filter(|from| from.topic == before)
-            .or_else(|| self.nodes[node].ticks[index].read_of(before))
+            .or_else(|| worked.read_of(before))
     }
 
     /// Of the messages that a tick and those before it read last, the one with the newest data from
     /// the node `source`; of two with the same data the one that came first.
-    fn newest_read(&self, node: usize, index: usize, source: usize) -> Option<MessageId> {
-        let worked = &self.nodes[node].ticks[index];
+    fn newest_read(&self, worked: &TracedTick, source: usize) -> Option<MessageId> {
         // Most nodes read one topic.
         if let ([read], Some(data)) = (&*worked.reads, &worked.beginnings) {
             return began_of(data, source).map(|_| *read);
@@ -144,7 +162,7 @@ impl Lineage {
             DataWay::Along(path) => Some((worked.read_of(*path.last()?)?, None)),
             DataWay::FromSource(source) => {
                 let source = source.or_else(|| self.first_source(worked))?;
-                Some((self.newest_read(node, index, source)?, Some(source)))
+                Some((self.newest_read(worked, source)?, Some(source)))
             }
         }
     }

@@ -4,6 +4,7 @@
 //! recording. A graph without taps pays nothing for it.
 
 mod causes;
+mod over_time;
 mod parts;
 mod push;
 mod queue;
@@ -11,6 +12,7 @@ mod waits;
 
 use std::collections::VecDeque;
 
+pub use over_time::{AgeOverTime, mean_parts};
 pub use parts::{AgePart, AgeParts, AgeStage, nanos};
 pub use push::{Chain, PushInForce};
 pub use waits::{TickWait, WaitsFor};

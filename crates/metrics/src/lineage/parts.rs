@@ -2,10 +2,14 @@
 
 use std::time::Duration;
 
-use ratelab::{MessageId, Time, Topology};
+use ratelab::{Head, MessageId, Time, Topology};
 use smallvec::SmallVec;
 
-use super::{DataWay, Lineage, TracedTick, causes::begin_of, sensing_of};
+use super::{
+    DataWay, Lineage, TracedTick,
+    causes::{Step, begin_of},
+    sensing_of,
+};
 
 /// Maximum number of messages in a chain.
 pub(super) const MOST_HOPS: usize = 64;
@@ -174,44 +178,40 @@ impl Lineage {
         source: Option<usize>,
     ) -> Option<AgeParts> {
         let steps = self.steps(message, source).take(MOST_HOPS + 1);
-        let steps: SmallVec<[_; 8]> = steps.collect();
+        let steps: SmallVec<[Step<'_>; 4]> = steps.collect();
+        if steps.len() > MOST_HOPS {
+            return None;
+        }
         let mut parts = AgeParts {
             parts: Vec::with_capacity(4 * steps.len()),
             before_ns: 0,
         };
-        let mut read = None;
-        let is_whole = steps.len() <= MOST_HOPS;
-        for (message, made) in steps.into_iter().rev().filter(|_| is_whole) {
-            let sent = self.head(message)?;
-            match (made, read) {
-                (Some((node, index)), Some(read)) => {
+        let mut read: Option<(MessageId, &Head)> = None;
+        for Step {
+            message,
+            sent,
+            made,
+        } in steps.iter().rev()
+        {
+            let (message, sent) = (*message, (*sent)?);
+            match (*made, read) {
+                (Some((node, index, worked)), Some(read)) => {
                     self.add_reading(&mut parts, read, node, index);
+                    parts.add(AgeStage::Cost(node), works_from(read.1, worked), sent.at);
                 }
-                (Some((node, _)), None) if self.may_begin(message, node, source) => {}
+                (Some((node, _, worked)), None) if self.may_begin(message, node, source) => {
+                    parts.add(AgeStage::Cost(node), begin_of(sent, worked), sent.at);
+                }
                 (None, None) if sent.by.is_none() => {
                     parts.before_ns = signed(sent.at) - signed(sensing_of(sent));
                 }
                 // No data of this chain came with it yet, or what is known of the run begins later.
                 _ => return None,
             }
-            if let Some((node, index)) = made {
-                let worked = &self.nodes[node].ticks[index];
-                let began = read.map_or_else(
-                    || begin_of(sent, worked),
-                    |read| self.works_from(read, worked),
-                );
-                parts.add(AgeStage::Cost(node), began, sent.at);
-            }
             parts.add(AgeStage::Link(message.topic), sent.at, sent.arrives?);
-            read = Some(message);
+            read = Some((message, sent));
         }
-        is_whole.then_some(parts)
-    }
-
-    /// From when on a tick works on a message: its start, or the delivery of one that it reads later.
-    pub(super) fn works_from(&self, read: MessageId, worked: &TracedTick) -> Time {
-        let arrives = self.head(read).and_then(|sent| sent.arrives);
-        worked.tick.at.max(arrives.unwrap_or_default())
+        Some(parts)
     }
 
     /// Whether data may begin with a message that this node published.
@@ -227,13 +227,10 @@ impl Lineage {
     pub(super) fn add_reading(
         &self,
         parts: &mut AgeParts,
-        message: MessageId,
+        (message, sent): (MessageId, &Head),
         node: usize,
         index: usize,
     ) {
-        let Some(sent) = self.head(message) else {
-            return;
-        };
         let MessageId { topic, .. } = message;
         let (ticks, arrives) = (&self.nodes[node].ticks, sent.arrives.unwrap_or_default());
         let at = |index: usize| ticks[index].tick.at;
@@ -309,6 +306,11 @@ impl Lineage {
         };
         first_read - (0..first_read).rev().take_while(found).count()
     }
+}
+
+/// From when on a tick works on a message: its start, or the delivery of one that it reads later.
+pub(super) fn works_from(sent: &Head, worked: &TracedTick) -> Time {
+    worked.tick.at.max(sent.arrives.unwrap_or_default())
 }
 
 pub(super) fn signed(time: Time) -> i64 {

@@ -6,7 +6,7 @@ use ratelab::{MessageId, Time};
 
 use super::{
     DataWay, Lineage, TracedTick,
-    parts::{AgeParts, AgeStage, MOST_HOPS, signed},
+    parts::{AgeParts, AgeStage, MOST_HOPS, signed, works_from},
 };
 
 /// An action in force for a stretch of run time.
@@ -84,10 +84,11 @@ impl Lineage {
         let mut series = self.first_read(message, node, index)..=index;
         let first = series.find(|index| self.acts(node, *index))?;
         let mut parts = self.parts_at_arrival(message, source)?;
-        self.add_reading(&mut parts, message, node, first);
+        let sent = self.head(message)?;
+        self.add_reading(&mut parts, (message, sent), node, first);
         let TracedTick { tick, .. } = &ticks[first];
         let since = tick.ends?;
-        let began = self.works_from(message, &ticks[first]);
+        let began = works_from(sent, &ticks[first]);
         parts.add(AgeStage::Cost(node), began, since);
         // That of another chain through the node is not measured by its pushes.
         if let Some(push) = ticks[index].tick.push.filter(|_| !self.beside) {
@@ -198,9 +199,11 @@ impl Lineage {
         let ticks = &self.nodes[push.node].ticks;
         let acts = ticks.partition_point(|worked| worked.ends() < push.since);
         chain.ticks.push((push.node, acts));
-        for (message, made) in self.steps(push.message, push.source).take(MOST_HOPS) {
-            chain.messages.push(message);
-            chain.ticks.extend(made);
+        for step in self.steps(push.message, push.source).take(MOST_HOPS) {
+            chain.messages.push(step.message);
+            chain
+                .ticks
+                .extend(step.made.map(|(node, index, _)| (node, index)));
         }
         chain
     }

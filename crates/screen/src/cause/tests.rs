@@ -7,9 +7,8 @@ use ratelab_cart_pole::CartPole;
 use ratelab_experiment::{
     Config, Experiment, Summary,
     cause::{AgeData, AgeOwner, Facts, Hang, Strain, Trial, latest},
-    mean_parts,
 };
-use ratelab_metrics::{Lineage, Snapshot, TickCauses, TickRecord, TopicRead};
+use ratelab_metrics::{Lineage, Snapshot, TickCauses, TickRecord, TopicRead, mean_parts};
 use ratelab_system::{AgeLimits, Setup, System, acting};
 
 use crate::{

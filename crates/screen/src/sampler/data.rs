@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use ratelab::{Event, Time};
-use ratelab_experiment::{cause::Facts, mean_parts};
-use ratelab_metrics::{NodeAccount, TopicAccount};
+use ratelab_experiment::cause::Facts;
+use ratelab_metrics::{NodeAccount, TopicAccount, mean_parts};
 use ratelab_system::{System, acting};
 
 use super::standing::RunMoment;
