@@ -195,8 +195,10 @@ impl Period {
 /// again: the least common multiple of their periods, rounded down to a nanosecond. Zero
 /// for no rates.
 pub fn hyper_period(rates: impl IntoIterator<Item = Hz>) -> Duration {
-    let micro = rates.into_iter().map(Hz::as_micro);
-    let common = micro.fold(0, greatest_common_divisor);
+    let common = rates
+        .into_iter()
+        .map(Hz::as_micro)
+        .fold(0, greatest_common_divisor);
     let nanos = Period::NANOS_TIMES_MICRO.checked_div(common);
     Duration::from_nanos(nanos.unwrap_or(0))
 }

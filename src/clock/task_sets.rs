@@ -104,15 +104,20 @@ impl TaskSets<'_> {
     /// Forwards the arrivals of messages to `wake`, first of all messages in flight.
     pub fn wake_by(&self, wake: Arc<dyn Wake>) {
         self.arrivals.forward_to(Some(wake.clone()));
-        let in_flight = self.in_flight.iter().copied();
-        let published = in_flight.chain(self.arrivals.take());
-        published.for_each(|arrival| wake.wake(arrival));
+        self.in_flight
+            .iter()
+            .copied()
+            .chain(self.arrivals.take())
+            .for_each(|arrival| wake.wake(arrival));
     }
 
     /// The threads of the task sets that have some here.
     pub fn groups(&self) -> Vec<ThreadGroup<'_>> {
-        let here = self.all.iter().filter(|schedule| schedule.threads > 0);
-        here.map(group).collect()
+        self.all
+            .iter()
+            .filter(|schedule| schedule.threads > 0)
+            .map(group)
+            .collect()
     }
 }
 
@@ -136,8 +141,10 @@ impl Drop for TaskSets<'_> {
     /// Puts the task sets together again.
     fn drop(&mut self) {
         self.arrivals.forward_to(None);
-        let all = take(&mut self.all).into_iter();
-        let mut task_sets: Vec<TaskSet> = all.filter_map(SharedSchedule::into_task_set).collect();
+        let mut task_sets: Vec<TaskSet> = take(&mut self.all)
+            .into_iter()
+            .filter_map(SharedSchedule::into_task_set)
+            .collect();
         for split in take(&mut self.split).into_iter().rev() {
             let range = split.first..split.first + split.nodes;
             let apart = task_sets.drain(range).collect();

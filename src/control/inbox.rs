@@ -104,8 +104,11 @@ impl Inbox {
 
     /// Time of the next timed command; [`Time::MAX`] if there is none before the end.
     pub fn next_timed(&self, end: Time) -> Time {
-        let next = self.timed.front().map(|timed| timed.at);
-        next.filter(|at| *at <= end).unwrap_or(Time::MAX)
+        self.timed
+            .front()
+            .map(|timed| timed.at)
+            .filter(|at| *at <= end)
+            .unwrap_or(Time::MAX)
     }
 
     /// The next timed command, if one is before the end.

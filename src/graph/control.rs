@@ -134,8 +134,9 @@ impl ControlPlane {
     /// The messages in flight on all topics that arrive after `now`, for the nodes that they
     /// trigger, in the order of arrival.
     pub(crate) fn arrivals_after(&self, now: Time) -> Vec<Arrival> {
-        let topics = self.topics.iter();
-        let mut arrivals: Vec<Arrival> = topics
+        let mut arrivals: Vec<Arrival> = self
+            .topics
+            .iter()
             .flat_map(|topic| topic.topic.arrivals_after(now))
             .collect();
         arrivals.sort_by_key(|arrival| arrival.at);

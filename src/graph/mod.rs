@@ -277,8 +277,11 @@ impl Graph {
             topics: topics.map(WiredTopic::topology).collect(),
         };
         let rates = topology.rates(|node| self.schedule.state(node, self.now()).hz);
-        let nodes = topology.nodes.iter_mut().zip(rates);
-        nodes.for_each(|(node, hz)| node.hz = hz);
+        topology
+            .nodes
+            .iter_mut()
+            .zip(rates)
+            .for_each(|(node, hz)| node.hz = hz);
         topology
     }
 

@@ -116,8 +116,9 @@ impl Topology {
     fn rate_of_messages(&self, node: usize, known: &[Option<u64>]) -> u64 {
         let topics = self.nodes[node].triggers.iter();
         let rates = topics.map(|topic| {
-            let publishers = self.topics[*topic].publishers.iter();
-            publishers
+            self.topics[*topic]
+                .publishers
+                .iter()
                 .filter_map(|publisher| known[*publisher])
                 .sum::<u64>()
         });

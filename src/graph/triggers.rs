@@ -37,8 +37,11 @@ impl ControlPlane {
             for (node, entry) in self.nodes.iter().enumerate() {
                 if led[node].is_none() && entry.triggers.contains(&topic) {
                     led[node] = Some(from);
-                    let topics = self.topics.iter().enumerate();
-                    let its = topics.filter(|(_, known)| known.publishers.contains(&node));
+                    let its = self
+                        .topics
+                        .iter()
+                        .enumerate()
+                        .filter(|(_, known)| known.publishers.contains(&node));
                     ways.extend(its.map(|(topic, _)| (topic, Some(node))));
                 }
             }

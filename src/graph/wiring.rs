@@ -196,8 +196,9 @@ impl<'g> Wiring<'g> {
     /// The index of `topic`, which may be new to the graph.
     fn index_of<T: Payload>(&mut self, topic: &Topic<T>) -> usize {
         let address = topic.address();
-        let mut topics = self.known.iter().chain(&self.new);
-        topics
+        self.known
+            .iter()
+            .chain(&self.new)
             .position(|known| known.address == address)
             .unwrap_or_else(|| {
                 self.new.push(WiredTopic::new(topic));

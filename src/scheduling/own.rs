@@ -57,10 +57,9 @@ impl Own {
 
     /// Run time until which no other tick can start; `None` if it is free.
     fn busy_until(&self) -> Option<Time> {
-        let waiting = self
-            .waiting
-            .map(|waiting| waiting.starts + Time::RESOLUTION);
-        waiting.or(self.task.running.map(|running| running.ends))
+        self.waiting
+            .map(|waiting| waiting.starts + Time::RESOLUTION)
+            .or(self.task.running.map(|running| running.ends))
     }
 
     /// Counts the due times before `end` that pass during the current tick.

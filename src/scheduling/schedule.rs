@@ -119,14 +119,13 @@ impl Schedule {
 
     /// Whether one of its nodes has this input.
     pub(crate) fn hears(&self, arrival: Arrival) -> bool {
-        let mut members = self.members();
-        members.any(|member| member.node == arrival.node && arrival.input < member.inputs)
+        self.members()
+            .any(|member| member.node == arrival.node && arrival.input < member.inputs)
     }
 
     /// Index of the node called `name`, if it is here.
     pub(crate) fn node_called(&self, name: &str) -> Option<usize> {
-        let mut members = self.members();
-        let known = members.find(|member| *member.name == *name);
+        let known = self.members().find(|member| *member.name == *name);
         known.map(|member| member.node)
     }
 

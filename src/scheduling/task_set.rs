@@ -141,8 +141,8 @@ impl TaskSet {
         let ordered = |(task, order): (Task, Box<dyn CallbackOrder>)| {
             Scheduler::Ordered(Ordered::new(vec![task], order))
         };
-        let parts = team.orders_apart(self.scheduler.into_tasks()).map(ordered);
-        parts
+        team.orders_apart(self.scheduler.into_tasks())
+            .map(ordered)
             .zip(self.members)
             .map(|(scheduler, member)| Self::alone(scheduler, member))
             .collect()
@@ -155,8 +155,12 @@ impl TaskSet {
 
     /// The place of each node's priority among all nodes that run here, the highest first.
     pub(crate) fn ranks(&self) -> Vec<usize> {
-        let here = self.members.iter().filter(|member| !member.remote);
-        let priorities: BTreeSet<u32> = here.map(|member| member.priority).collect();
+        let priorities: BTreeSet<u32> = self
+            .members
+            .iter()
+            .filter(|member| !member.remote)
+            .map(|member| member.priority)
+            .collect();
         let rank = |member: &Member| priorities.range(..member.priority).count();
         self.members.iter().map(rank).collect()
     }

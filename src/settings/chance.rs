@@ -25,8 +25,11 @@ impl Chance<'_> {
     pub fn uniform(&self, n: impl Display) -> f64 {
         let Self { seed, what, name } = self;
         let digest = Sha256::digest(format!("{seed} {what} {name} {n}"));
-        let bytes = digest.iter().take(8).rev();
-        let word = bytes.fold(0, |word: u64, byte| word << 8 | u64::from(*byte));
+        let word = digest
+            .iter()
+            .take(8)
+            .rev()
+            .fold(0, |word: u64, byte| word << 8 | u64::from(*byte));
         (word >> 11) as f64 / (1_u64 << 53) as f64
     }
 

@@ -150,8 +150,9 @@ fn delay(value: &str) -> Result<Draw, SettingError> {
 
 fn probability(text: &str) -> Result<f64, SettingError> {
     let parsed: Option<f64> = text.trim().parse().ok();
-    let known = parsed.filter(|p| (0.0..=1.0).contains(p));
-    known.ok_or_else(|| SettingError::Probability(text.to_owned()))
+    parsed
+        .filter(|p| (0.0..=1.0).contains(p))
+        .ok_or_else(|| SettingError::Probability(text.to_owned()))
 }
 
 fn burst(value: &str) -> Result<Burst, SettingError> {

@@ -254,8 +254,9 @@ impl<T> Queue<T> {
 
     /// The ends of the readers whose nodes its messages trigger.
     fn triggers(&self) -> impl Iterator<Item = &TriggerEnd<T>> {
-        let readers = self.readers.iter();
-        readers.filter_map(|reader| reader.trigger.as_deref())
+        self.readers
+            .iter()
+            .filter_map(|reader| reader.trigger.as_deref())
     }
 
     /// The arrivals of a message at run time `at`, for the nodes that it triggers.

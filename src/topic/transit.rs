@@ -49,8 +49,10 @@ impl<T: Clone> Transit<T> {
 
     /// Run times of the deliveries after `now`.
     pub(crate) fn arrivals_after(&self, now: Time) -> impl Iterator<Item = Time> {
-        let later = self.messages.keys().map(|(at, _)| *at);
-        later.skip_while(move |at| *at <= now)
+        self.messages
+            .keys()
+            .map(|(at, _)| *at)
+            .skip_while(move |at| *at <= now)
     }
 
     /// Whether nothing is in flight, the newest message is delivered, and later ones are delivered

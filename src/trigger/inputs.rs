@@ -39,8 +39,9 @@ impl Trigger {
     pub(crate) fn reset(&mut self) {
         let inputs = std::mem::take(&mut self.inputs);
         *self = Self::new(self.matching, inputs);
-        let inputs = self.inputs.iter_mut();
-        inputs.for_each(|input| input.forget_before(None));
+        self.inputs
+            .iter_mut()
+            .for_each(|input| input.forget_before(None));
     }
 
     /// Whether the last message completed sets that were not yet used.
@@ -59,8 +60,10 @@ impl Trigger {
         if self.has_sets() {
             return Some(self.last.1);
         }
-        let inputs = self.inputs.iter();
-        inputs.filter_map(|input| input.oldest(now)).min()
+        self.inputs
+            .iter()
+            .filter_map(|input| input.oldest(now))
+            .min()
     }
 
     /// Number of messages that an input may take at `now`.

@@ -105,8 +105,10 @@ impl RunAges {
             .iter()
             .flat_map(|node| {
                 let sources = sources.iter().map(|source| Some(*source));
-                let sources = [None].into_iter().chain(sources);
-                sources.map(|source| AgeWay::for_push(*node, source))
+                [None]
+                    .into_iter()
+                    .chain(sources)
+                    .map(|source| AgeWay::for_push(*node, source))
             })
             .chain(ends);
         Self {
@@ -143,14 +145,19 @@ impl RunAges {
     /// tells are left out.
     pub fn finish(mut self, end: Time, nodes: &[NodeAccount]) -> Vec<RunAge> {
         let chains = self.ways.iter().filter(|way| way.chain.is_some());
-        let outputs = chains.filter_map(|way| last_end(&self.lineage, way.node));
-        let chains = outputs.chain([end]).max().unwrap_or(end);
+        let chains = chains
+            .filter_map(|way| last_end(&self.lineage, way.node))
+            .chain([end])
+            .max()
+            .unwrap_or(end);
         self.advance(Some(RunEnd { at: end, chains }));
         let topology = self.lineage.topology();
         let pushed = |node: usize| {
             let name = &*topology.nodes[node].name;
-            let mut acting = nodes.iter().filter(|node| node.push_age.saw().is_some());
-            acting.any(|node| *node.name == *name)
+            nodes
+                .iter()
+                .filter(|node| node.push_age.saw().is_some())
+                .any(|node| *node.name == *name)
         };
         let ways = self
             .ways
@@ -187,8 +194,10 @@ struct RunEnd {
 
 /// The end of the last tick of a node that ended.
 fn last_end(lineage: &Lineage, node: usize) -> Option<Time> {
-    let mut ticks = lineage.ticks(node).rev();
-    ticks.find_map(|worked| worked.tick.ends)
+    lineage
+        .ticks(node)
+        .rev()
+        .find_map(|worked| worked.tick.ends)
 }
 
 /// When a node acted first by the sensing of its last action: to there, or to the end of the run, the run
@@ -199,8 +208,13 @@ fn last_sensing(lineage: &Lineage, node: usize) -> Option<Time> {
         .rev()
         .filter_map(|worked| worked.tick.push);
     let last = pushes.next()?;
-    let first = pushes.take_while(|push| push.sensed == last.sensed).last();
-    Some(first.unwrap_or(last).at)
+    Some(
+        pushes
+            .take_while(|push| push.sensed == last.sensed)
+            .last()
+            .unwrap_or(last)
+            .at,
+    )
 }
 
 impl AgeShare {

@@ -153,10 +153,11 @@ impl Candidates<'_> {
             .setup
             .knob(KnobKind::Late, &node.name)
             .map_or_else(|| Overrun::default().to_string(), |knob| knob.value());
-        let others = POLICIES
+        POLICIES
             .into_iter()
-            .filter(|policy| timed && *policy != known);
-        others.map(|policy| ("late", policy.to_owned())).collect()
+            .filter(|policy| timed && *policy != known)
+            .map(|policy| ("late", policy.to_owned()))
+            .collect()
     }
 }
 
@@ -193,8 +194,7 @@ fn rates(hz: Hz) -> impl Iterator<Item = Hz> {
 /// The phases at which a node may tick too: a quarter, a half and three quarters later.
 fn offsets(hz: Hz, offset: Duration) -> impl Iterator<Item = (&'static str, String)> {
     let period = hz.period().as_secs_f64() * 1e3;
-    let phases = [0.25, 0.5, 0.75].into_iter();
-    phases.map(move |share| {
+    [0.25, 0.5, 0.75].into_iter().map(move |share| {
         let ms = (millis::to_millis(offset) + share * period) % period;
         ("offset", ((ms * 1e3).round() / 1e3).to_string())
     })
@@ -236,8 +236,10 @@ pub fn upstream(topology: &Topology, last: usize) -> Vec<usize> {
     let mut path = vec![last];
     let mut next = 0;
     while let Some(&reader) = path.get(next) {
-        let topics = topology.topics.iter();
-        let read = topics.filter(|topic| topic.readers.contains(&reader));
+        let read = topology
+            .topics
+            .iter()
+            .filter(|topic| topic.readers.contains(&reader));
         for node in read.flat_map(|topic| topic.publishers.iter().copied()) {
             if !path.contains(&node) {
                 path.push(node);

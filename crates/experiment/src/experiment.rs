@@ -288,9 +288,10 @@ impl Experiment {
         let wall_time = began.elapsed();
         let system = &*self.system;
         let [state, chains] = [system.state(), system.chains()].map(|name| {
-            let rows = name.and_then(|name| self.taps.topic(name)?.newest());
-            let newest = rows.as_ref().and_then(Rows::last);
-            newest.map(|(_, row)| row.to_vec())
+            name.and_then(|name| self.taps.topic(name)?.newest())
+                .as_ref()
+                .and_then(Rows::last)
+                .map(|(_, row)| row.to_vec())
         });
         // Taps end with the topics, which the nodes hold as well.
         drop((self.graph, self.taps));

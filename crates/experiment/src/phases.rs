@@ -92,8 +92,7 @@ impl Experiment {
             let tied = hops.iter().filter(|hop| hop.is_tied(&lineage));
             let tied: Vec<&ChainHop> = tied.collect();
             let later = tied.first()?.from;
-            let path = chain.nodes.iter().rev().enumerate();
-            let turned = path.filter_map(|(place, node)| self.late(node, place));
+            let turned = chain.nodes.iter().rev().enumerate().filter_map(|(place, node)| self.late(node, place));
             let changed = self.short_run(TRIED, turned.collect());
             let older = age(chain, changed.as_ref())? - age(chain, (*unchanged).as_ref())?;
             let told = tied.iter().map(|hop| {
@@ -146,12 +145,12 @@ impl Experiment {
 
     /// A knob by which a node starts so many microseconds late; `None` for one that is not to.
     fn late(&self, node: &str, micros: usize) -> Option<Knob> {
-        let mut set = self
+        let is_late = self
             .config
             .setup
             .iter()
-            .filter(|knob| knob.target() == node);
-        let is_late = set.any(|knob| knob.kind().sets(TickTiming::Start));
+            .filter(|knob| knob.target() == node)
+            .any(|knob| knob.kind().sets(TickTiming::Start));
         let late = Knob::Wakes {
             node: node.to_owned(),
             lateness: Draw::Constant(Duration::from_micros(micros as u64)),

@@ -78,8 +78,12 @@ impl StepTable {
             let topic = topology.topics.iter().find(|topic| topic.name == name);
             topic.is_some_and(|topic| !topic.readers.is_empty())
         };
-        let recorded = taps.topics().iter().map(|topic| topic.name());
-        let read: Vec<&str> = recorded.filter(|name| is_read(name)).collect();
+        let read: Vec<&str> = taps
+            .topics()
+            .iter()
+            .map(|topic| topic.name())
+            .filter(|name| is_read(name))
+            .collect();
         let table = system.robot().table();
         let names = read.iter().map(|name| format!("{}_dropped", key(name)));
         let more = table.map(|table| table.more.to_owned());

@@ -108,23 +108,24 @@ impl Summary {
 
     /// The nodes that never ticked although their match took messages of each topic.
     fn unmatched(&self) -> impl Iterator<Item = Unmatched<'_>> {
-        let idle = self
-            .nodes
+        self.nodes
             .iter()
             .enumerate()
-            .filter(|(_, node)| node.ticks == 0 && node.triggers.len() > 1);
-        idle.filter_map(|(index, node)| {
-            let topics = node.triggers.iter().map(|topic| {
-                let topic = self.topics.get(*topic)?;
-                let mut readers = topic.readers.iter();
-                let took = readers.any(|reader| reader.node == index && reader.unmatched > 0);
-                took.then_some(&*topic.name)
-            });
-            Some(Unmatched {
-                node: &node.name,
-                topics: topics.collect::<Option<_>>()?,
+            .filter(|(_, node)| node.ticks == 0 && node.triggers.len() > 1)
+            .filter_map(|(index, node)| {
+                let topics = node.triggers.iter().map(|topic| {
+                    let topic = self.topics.get(*topic)?;
+                    let took = topic
+                        .readers
+                        .iter()
+                        .any(|reader| reader.node == index && reader.unmatched > 0);
+                    took.then_some(&*topic.name)
+                });
+                Some(Unmatched {
+                    node: &node.name,
+                    topics: topics.collect::<Option<_>>()?,
+                })
             })
-        })
     }
 
     /// The chains of `system` through which no data came, each with the reason.
@@ -144,8 +145,11 @@ impl Summary {
         system: &'s dyn System,
     ) -> impl Iterator<Item = (&'s str, &'s Distribution)> {
         let main = system.latency();
-        let chains = system.about().chains.iter();
-        let others = chains.filter(move |chain| main != Some((chain.last(), chain.name())));
+        let others = system
+            .about()
+            .chains
+            .iter()
+            .filter(move |chain| main != Some((chain.last(), chain.name())));
         others.filter_map(|chain| {
             let mut latencies = self.latencies.iter();
             let (name, latency) = latencies.find(|(name, _)| *name == chain.name())?;
@@ -208,14 +212,15 @@ impl Summary {
 /// The main latency of `system`.
 fn latency(system: &dyn System, snapshot: &Snapshot) -> Distribution {
     let meter = system.latency();
-    let distribution = meter.and_then(|(node, meter)| snapshot.meter(node, meter));
-    distribution.cloned().unwrap_or_default()
+    meter
+        .and_then(|(node, meter)| snapshot.meter(node, meter))
+        .cloned()
+        .unwrap_or_default()
 }
 
 /// The latencies of the chains of `system`.
 fn latencies(system: &dyn System, snapshot: &Snapshot) -> Vec<(String, Distribution)> {
-    let chains = system.about().chains.iter();
-    let latencies = chains.map(|chain| {
+    let latencies = system.about().chains.iter().map(|chain| {
         let distribution = snapshot.meter(chain.last(), chain.name());
         (
             chain.name().to_owned(),

@@ -38,8 +38,8 @@ impl Taps {
 
     /// The recorded topic called `name`.
     pub(super) fn topic(&self, name: &str) -> Option<&dyn RecordedTopic> {
-        let mut topics = self.topics.iter();
-        topics
+        self.topics
+            .iter()
             .find(|topic| topic.name() == name)
             .map(|topic| &**topic)
     }

@@ -93,8 +93,10 @@ impl Distribution {
     /// The durations in ascending order, each with its number of samples. Samples within
     /// 0.1 % of each other are combined under their mean.
     pub fn bars(&self) -> impl Iterator<Item = (Duration, u64)> {
-        let blocks = self.blocks.iter();
-        let buckets = blocks.flat_map(|(block, buckets)| (block * BLOCK..).zip(buckets.iter()));
+        let buckets = self
+            .blocks
+            .iter()
+            .flat_map(|(block, buckets)| (block * BLOCK..).zip(buckets.iter()));
         buckets.filter_map(|(place, bucket)| {
             let mean = least(place) + bucket.excess.checked_div(bucket.count)?;
             Some((Duration::from_nanos(mean), bucket.count))

@@ -71,8 +71,10 @@ impl Rows {
 
     /// All messages, oldest first.
     pub fn iter(&self) -> impl DoubleEndedIterator<Item = (&Head, &[f64])> {
-        let rows = self.heads.iter().enumerate();
-        rows.map(|(index, head)| (head, self.row(index)))
+        self.heads
+            .iter()
+            .enumerate()
+            .map(|(index, head)| (head, self.row(index)))
     }
 
     /// The newest message.

@@ -137,9 +137,12 @@ impl PushAge {
         let then = self.late.iter().rev().find(|push| push.since <= from);
         let before = then.map_or(0, |then| then.twice_area(from));
         let ends = self.late.iter().skip(1).map(|next| next.since);
-        let pushes = self.late.iter().zip(ends.chain([now]));
-        let late_pushes = pushes.filter(|(_, end)| *end >= from);
-        let ages = late_pushes.map(|(push, end)| push.age(end));
+        let ages = self
+            .late
+            .iter()
+            .zip(ends.chain([now]))
+            .filter(|(_, end)| *end >= from)
+            .map(|(push, end)| push.age(end));
         (time > 0.0).then(|| LateAge {
             from,
             mean_s: (push.twice_area(now) - before) as f64 / 2e18 / time,

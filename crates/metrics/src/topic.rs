@@ -186,8 +186,10 @@ impl TopicAccount {
 
     /// Messages dropped unread within the last second.
     pub fn dropped_lately(&self, now: Time) -> u64 {
-        let readers = self.readers.iter();
-        readers.map(|reader| reader.dropped_lately(now)).sum()
+        self.readers
+            .iter()
+            .map(|reader| reader.dropped_lately(now))
+            .sum()
     }
 
     /// Messages that its link lost within the last second.

@@ -125,8 +125,9 @@ impl Bridge {
     /// Whether the parts of these `others` have begun: from then on they are ready for ours.
     pub fn have_begun(&self, others: &[Info]) -> bool {
         let running = self.part.peers.running();
-        let mut others = others.iter();
-        others.all(|info| running.contains(&info.incarnation))
+        others
+            .iter()
+            .all(|info| running.contains(&info.incarnation))
     }
 
     /// Where the run begins with this process: waits until each node runs somewhere, or a ROS
@@ -140,11 +141,12 @@ impl Bridge {
         loop {
             let others = self.others();
             let runs = |node: &str| others.iter().any(|info| info.runs(node));
-            let away = all
+            let missing: Vec<&str> = all
                 .iter()
                 .map(|node| &*node.name)
-                .filter(|node| !self.part.own.runs(node));
-            let missing: Vec<&str> = away.filter(|node| !runs(node)).collect();
+                .filter(|node| !self.part.own.runs(node))
+                .filter(|node| !runs(node))
+                .collect();
             let ready = missing.is_empty() && self.have_begun(&others);
             if ready || self.has_ros_nodes() {
                 return (self.notice)("all nodes are there: the run begins");
@@ -168,8 +170,7 @@ impl Bridge {
 
     /// What keeps processes that are there out of the run: another setup, another graph.
     fn misfits(&self) -> Vec<String> {
-        let infos = self.part.peers.infos().into_iter();
-        let differ = infos.filter_map(|info| {
+        let differ = self.part.peers.infos().into_iter().filter_map(|info| {
             let why = difference(&self.part.own, &info, self.aliases)?;
             Some(format!("{}: {why}", info.place()))
         });

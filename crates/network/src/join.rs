@@ -169,10 +169,11 @@ fn knobs(own: &Info, other: &Info, aliases: &[Alias]) -> Vec<String> {
 
 /// The setup with the defaults of what it does not set.
 fn complete(setup: &Setup, aliases: &[Alias]) -> Setup {
-    let defaults = aliases
+    let mut complete: Setup = aliases
         .iter()
-        .filter_map(|alias| alias.set(alias.default).ok());
-    let mut complete: Setup = defaults.flatten().collect();
+        .filter_map(|alias| alias.set(alias.default).ok())
+        .flatten()
+        .collect();
     complete.extend(setup.iter().cloned());
     complete
 }

@@ -155,8 +155,10 @@ pub(crate) fn connect(
             }
         };
         if left(began, wait).is_zero() {
-            let before = noted.map(|(reason, _)| reason);
-            let why = before.filter(|_| why == NO_ANSWER).unwrap_or(why);
+            let why = noted
+                .map(|(reason, _)| reason)
+                .filter(|_| why == NO_ANSWER)
+                .unwrap_or(why);
             return Err(NetworkError::network(&what, &why));
         }
         note(&what, &why, &mut noted, notice);

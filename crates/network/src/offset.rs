@@ -105,8 +105,10 @@ impl Offset {
 
     /// The estimate with the least bound at `now`; `None` before the first.
     pub fn at(&self, now: Nanos) -> Option<Estimate> {
-        let all = self.0.iter().filter_map(|trip| trip.estimate(now));
-        all.min_by_key(|estimate| estimate.bound)
+        self.0
+            .iter()
+            .filter_map(|trip| trip.estimate(now))
+            .min_by_key(|estimate| estimate.bound)
     }
 }
 

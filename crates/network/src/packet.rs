@@ -42,8 +42,10 @@ impl RunTimes {
     /// Those of a message with numbers of these names, and with the beginnings of the data of so many
     /// `chains` behind them.
     pub fn among(fields: &[String], chains: usize) -> Self {
-        let named = fields.iter().enumerate();
-        let times = named.filter(|(_, field)| is_run_time(field));
+        let times = fields
+            .iter()
+            .enumerate()
+            .filter(|(_, field)| is_run_time(field));
         let beginnings = fields.len()..fields.len() + chains;
         Self(times.map(|(place, _)| place).chain(beginnings).collect())
     }
@@ -94,8 +96,11 @@ pub fn encode(head: &PacketHead, row: &[f64]) -> Vec<u8> {
         .chain(moments.into_iter().flatten())
         .chain(row.iter().map(|number| number.to_bits()));
     let count = (row.len() as u32).to_le_bytes();
-    let begin = MAGIC.into_iter().chain(count);
-    begin.chain(words.flat_map(u64::to_le_bytes)).collect()
+    MAGIC
+        .into_iter()
+        .chain(count)
+        .chain(words.flat_map(u64::to_le_bytes))
+        .collect()
 }
 
 /// Reads a message of `width` numbers from `bytes` of anybody.

@@ -147,8 +147,11 @@ impl Peers {
     /// The identities of the sessions of the processes that have answered, as zenoh prints
     /// them, and our own.
     pub(crate) fn sessions(&self) -> BTreeSet<String> {
-        let others = self.infos().into_iter().map(|info| info.session);
-        others.chain([self.session.zid().to_string()]).collect()
+        self.infos()
+            .into_iter()
+            .map(|info| info.session)
+            .chain([self.session.zid().to_string()])
+            .collect()
     }
 
     /// The processes that are present now.
@@ -175,7 +178,7 @@ impl Peers {
 
     /// The tokens under `keys` that are there now.
     fn tokens(&self, keys: &str) -> Result<impl Iterator<Item = String> + use<>, NetworkError> {
-        let found = self
+        Ok(self
             .session
             .liveliness()
             .get(keys)
@@ -183,21 +186,24 @@ impl Peers {
             .wait()
             .tried("cannot look for processes")?
             .into_iter()
-            .filter_map(|reply| reply.into_result().ok());
-        Ok(found.map(|sample| sample.key_expr().to_string()))
+            .filter_map(|reply| reply.into_result().ok())
+            .map(|sample| sample.key_expr().to_string()))
     }
 
     /// The processes whose part of the run has begun.
     pub(crate) fn running(&self) -> BTreeSet<u64> {
         let infos = self.ask_infos();
-        let running = infos.filter(|(_, info)| info.zero.is_some());
-        running.map(|(incarnation, _)| incarnation).collect()
+        infos
+            .filter(|(_, info)| info.zero.is_some())
+            .map(|(incarnation, _)| incarnation)
+            .collect()
     }
 
     /// Run time zero of a process, by its clock; `None` before its run.
     pub(crate) fn zero_of(&self, incarnation: u64) -> Option<Nanos> {
-        let mut infos = self.ask_infos().filter(|(from, _)| *from == incarnation);
-        infos.find_map(|(_, info)| info.zero)
+        self.ask_infos()
+            .filter(|(from, _)| *from == incarnation)
+            .find_map(|(_, info)| info.zero)
     }
 
     /// Asks all processes what runs in them, if one has not answered yet, and for the time, if
@@ -270,11 +276,13 @@ impl Peers {
             .wait()
             .into_iter()
             .flatten();
-        let answers = replies.filter_map(|reply| reply.into_result().ok());
-        answers.take(MOST_PRESENCES).filter_map(|answer| {
-            let from = self.keys.incarnation(answer.key_expr().as_str())?;
-            Some((from, payload(&answer)))
-        })
+        replies
+            .filter_map(|reply| reply.into_result().ok())
+            .take(MOST_PRESENCES)
+            .filter_map(|answer| {
+                let from = self.keys.incarnation(answer.key_expr().as_str())?;
+                Some((from, payload(&answer)))
+            })
     }
 
     /// Gives a command to process `to`; `silent` is the reason if it does not answer.

@@ -82,12 +82,13 @@ impl Reporter {
     fn open(&self) -> Open {
         let graph = &self.part.own.topology;
         let topics = graph.topics.iter().enumerate();
-        let sent = topics.filter(|(_, topic)| !self.part.own.split(&topic.publishers).0.is_empty());
-        let topics = sent.filter_map(|(index, topic)| {
-            let tap = self.taps.rows(&topic.name, BACKLOG)?;
-            let rows = tap.rows();
-            Some((index, tap, rows))
-        });
+        let topics = topics
+            .filter(|(_, topic)| !self.part.own.split(&topic.publishers).0.is_empty())
+            .filter_map(|(index, topic)| {
+                let tap = self.taps.rows(&topic.name, BACKLOG)?;
+                let rows = tap.rows();
+                Some((index, tap, rows))
+            });
         let ticks = self
             .taps
             .ticks(BACKLOG)
@@ -176,8 +177,11 @@ impl Reporter {
                 seq,
             });
         }
-        let mut inlets = self.part.inlets.iter().filter(|inlet| inlet.topic == topic);
-        inlets.find_map(|inlet| inlet.sent_message(seq))
+        self.part
+            .inlets
+            .iter()
+            .filter(|inlet| inlet.topic == topic)
+            .find_map(|inlet| inlet.sent_message(seq))
     }
 
     fn counts(&self) -> Vec<TopicCounts> {

@@ -190,8 +190,10 @@ impl Refused {
     /// The number of messages that no honest sender causes.
     pub fn hostile(&self) -> u64 {
         let counts = self.read().into_iter();
-        let hostile = counts.filter(|(why, _)| !why.is_harmless());
-        hostile.map(|(_, count)| count).sum()
+        counts
+            .filter(|(why, _)| !why.is_harmless())
+            .map(|(_, count)| count)
+            .sum()
     }
 }
 

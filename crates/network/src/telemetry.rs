@@ -69,8 +69,11 @@ impl Info {
     /// Whether a setting of the run makes the clock of a node wrong.
     pub(crate) fn has_wrong_clocks(&self) -> bool {
         let turned = self.config.knobs.iter().map(|timed| &timed.knob);
-        let mut knobs = self.config.setup.iter().chain(turned);
-        knobs.any(|knob| matches!(knob.kind(), KnobKind::Clock | KnobKind::StampClock))
+        self.config
+            .setup
+            .iter()
+            .chain(turned)
+            .any(|knob| matches!(knob.kind(), KnobKind::Clock | KnobKind::StampClock))
     }
 
     /// Whether it runs `node`.
@@ -80,8 +83,11 @@ impl Info {
 
     /// Its nodes that `other` runs as well.
     pub fn shared(&self, other: &Self) -> Vec<&str> {
-        let nodes = self.nodes.iter().map(String::as_str);
-        nodes.filter(|node| other.runs(node)).collect()
+        self.nodes
+            .iter()
+            .map(String::as_str)
+            .filter(|node| other.runs(node))
+            .collect()
     }
 
     /// The nodes with these indices in the graph: those that run there, and the others.

@@ -42,8 +42,7 @@ impl Times {
 
     /// The moment of run time zero, by our clock; `None` before the run.
     pub fn zero(&self) -> Option<Nanos> {
-        let known = self.zero.get().copied();
-        known.or_else(|| {
+        self.zero.get().copied().or_else(|| {
             let zero = machine::moment_of(self.observer.zero()?);
             Some(*self.zero.get_or_init(|| zero))
         })
@@ -102,11 +101,10 @@ impl Times {
 
     /// The moment that run time `time` came from lately, or else is.
     pub(crate) fn origin(&self, time: Time) -> Option<ClockMoment> {
-        let known = self
-            .origins
+        self.origins
             .find(|known, _| *known == time)
-            .map(|(_, moment)| moment);
-        known.or_else(|| self.moment(time))
+            .map(|(_, moment)| moment)
+            .or_else(|| self.moment(time))
     }
 }
 

@@ -75,8 +75,11 @@ impl PresenceWatch {
         }
         for (clock, step) in self.part.times.offsets.take_steps() {
             let what = format!("its clock was set by {:+.4} s", step as f64 / 1e9);
-            let infos = part.peers.infos().into_iter();
-            let set = infos.filter(|info| info.clock == clock);
+            let set = part
+                .peers
+                .infos()
+                .into_iter()
+                .filter(|info| info.clock == clock);
             for node in set.flat_map(|info| info.nodes) {
                 let present = self.known.get(&node).and_then(|known| known.present);
                 self.note(now, &node, present.unwrap_or(true), &what);

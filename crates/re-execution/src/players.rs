@@ -75,8 +75,9 @@ impl<'a> Players<'a> {
         supervision: Supervision<'a>,
     ) -> Self {
         run.state.begin_threads(threads.len() - 1);
-        let groups = task_sets.groups().into_iter();
-        let workers = groups
+        let workers = task_sets
+            .groups()
+            .into_iter()
             .flat_map(|group| group.workers)
             .map(|(node, worker)| (node + 1, Role::Worker(worker)));
         let supervisor = [(0, Role::Supervisor(supervision))];
@@ -223,8 +224,10 @@ impl ThreadPlayer<'_> {
         while self.done < end {
             let logged = &self.entries[self.done];
             let at = logged.entry.at().unwrap_or_default();
-            let node = logged.node.map(|node| node.saturating_add(1));
-            let seen = node.unwrap_or(self.number);
+            let seen = logged
+                .node
+                .map(|node| node.saturating_add(1))
+                .unwrap_or(self.number);
             if !watch.begins(seen, at, took(&self.entries[self.done..])) {
                 return;
             }

@@ -113,18 +113,17 @@ impl ReExecution {
     /// what they need.
     pub fn commands_mut(&mut self) -> impl Iterator<Item = &mut Command> {
         let known = &self.events.known;
-        let events = self
-            .events
+        self.events
             .all
             .iter_mut()
             .enumerate()
-            .filter(|(index, _)| known.contains(index));
-        events.filter_map(|(_, event)| match &mut event.what {
-            EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => {
-                Some(command)
-            }
-            _ => None,
-        })
+            .filter(|(index, _)| known.contains(index))
+            .filter_map(|(_, event)| match &mut event.what {
+                EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => {
+                    Some(command)
+                }
+                _ => None,
+            })
     }
 
     /// Refuses the refused commands that `of` selects again, for the recorded reason: a file

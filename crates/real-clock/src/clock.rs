@@ -211,8 +211,10 @@ impl CoreShares {
         let spare = &mut self.spare;
         let taken = self.taken.entry(claim.executor);
         let (cores, ranks) = taken.or_insert_with(|| (spare.split_off(left), Arc::default()));
-        let mut workers = group.workers.iter();
-        let by_deadline = workers.any(|(_, worker)| worker.deadline(Time::ZERO).is_some());
+        let by_deadline = group
+            .workers
+            .iter()
+            .any(|(_, worker)| worker.deadline(Time::ZERO).is_some());
         CoreShare {
             rank: claim.rank,
             cores: cores.clone(),

@@ -282,8 +282,10 @@ impl RunSource for Playback {
     }
 
     fn observer(&self) -> &Observer {
-        let there = self.held.as_ref().filter(|held| held.done.is_some());
-        there.map_or(&self.observer, |held| held.run.observer())
+        self.held
+            .as_ref()
+            .filter(|held| held.done.is_some())
+            .map_or(&self.observer, |held| held.run.observer())
     }
 
     fn live(&self) -> bool {

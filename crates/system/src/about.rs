@@ -48,8 +48,10 @@ impl<'s> About<'s> {
 
     /// Returns the function of `node`.
     pub fn caption(&self, node: &str) -> Option<&'static str> {
-        let mut captions = self.captions.iter();
-        captions.find(|(of, _)| *of == node).map(|(_, text)| *text)
+        self.captions
+            .iter()
+            .find(|(of, _)| *of == node)
+            .map(|(_, text)| *text)
     }
 
     /// Returns its settings as the knobs of a run.
@@ -59,8 +61,9 @@ impl<'s> About<'s> {
 
     /// Returns what follows from `knob` for other nodes.
     pub fn followers(&self, knob: &Knob) -> impl Iterator<Item = Knob> {
-        let dividers = self.dividers.iter();
-        dividers.filter_map(move |divider| divider.follow(knob))
+        self.dividers
+            .iter()
+            .filter_map(move |divider| divider.follow(knob))
     }
 }
 

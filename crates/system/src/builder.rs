@@ -213,8 +213,10 @@ impl<'a> Builder<'a> {
 
     /// The recorded topic called `name`, if it was created before.
     pub(crate) fn recorded(&self, name: &str) -> Option<Arc<dyn RecordedTopic>> {
-        let mut topics = self.recorded.iter();
-        topics.find(|topic| topic.name() == name).cloned()
+        self.recorded
+            .iter()
+            .find(|topic| topic.name() == name)
+            .cloned()
     }
 
     /// Inserts `relays` where the system offers it; see [`Builder::through`].
@@ -292,8 +294,9 @@ impl<'a> Builder<'a> {
     }
 
     fn is_answered(&self, kind: KnobKind, subject: &str) -> bool {
-        let mut answered = self.answered.iter();
-        answered.any(|(of, known)| *of == kind && known == subject)
+        self.answered
+            .iter()
+            .any(|(of, known)| *of == kind && known == subject)
     }
 
     /// Adds a node that ticks at `hz` unless set otherwise; see [`Graph::node`]. A

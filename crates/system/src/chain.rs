@@ -196,8 +196,10 @@ impl DataChain {
 
     /// The verdicts on it.
     pub(crate) fn verdicts(&self) -> impl Iterator<Item = &VerdictKind> {
-        let limited = self.limit.map(|_| [&self.missed, &self.silent]);
-        limited.into_iter().flatten()
+        self.limit
+            .map(|_| [&self.missed, &self.silent])
+            .into_iter()
+            .flatten()
     }
 
     fn figures(&self, at: Time, row: &[f64]) -> Option<ChainFigures> {
@@ -263,8 +265,11 @@ impl DataChain {
             .nodes
             .iter()
             .find(|node| silence.idle.contains(&&***node));
-        let mut hops = self.nodes.iter().zip(&self.topics);
-        let unsent = hops.find(|(_, topic)| silence.unsent.contains(&&***topic));
+        let unsent = self
+            .nodes
+            .iter()
+            .zip(&self.topics)
+            .find(|(_, topic)| silence.unsent.contains(&&***topic));
         let why = match (idle, unsent) {
             (Some(node), _) => format!(": {}", silence.why_idle(node)),
             (None, Some((node, topic))) => format!(": {node} published nothing on {topic}"),

@@ -191,8 +191,10 @@ impl ChainFigures {
 /// output (ms): the peaks of the age.
 fn peak<const CHAIN: usize>(row: &[f64]) -> f64 {
     let at = |field: usize| row.get(1 + OF_CHAIN.len() * CHAIN + field).copied();
-    let before = at(0).filter(|age| !age.is_nan());
-    before.or(at(1)).unwrap_or(f64::NAN)
+    at(0)
+        .filter(|age| !age.is_nan())
+        .or(at(1))
+        .unwrap_or(f64::NAN)
 }
 
 /// The peaks of each possible chain.

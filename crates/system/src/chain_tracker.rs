@@ -109,20 +109,21 @@ impl Followed {
     fn new(chains: &[DataChain], topology: &Topology) -> Option<Self> {
         let mut topics = vec![Vec::new(); topology.topics.len()];
         let steps = chains.iter().enumerate().map(|(number, chain)| {
-            let pairs = chain.nodes.windows(2).zip(chain.topics());
-            let steps = pairs.enumerate().map(|(place, (nodes, topic))| {
-                let index = topology.topic(topic)?;
-                topics[index].push((number, place));
-                let (from, to) = (topology.node(&nodes[0])?, topology.node(&nodes[1])?);
-                let mut readers = topology.topics[index].readers.iter();
-                Some(ChainStep {
-                    topic: index,
-                    from,
-                    to,
-                    reader: readers.position(|reader| *reader == to)?,
-                    data: Mutex::default(),
-                })
-            });
+            let steps = chain.nodes.windows(2).zip(chain.topics()).enumerate().map(
+                |(place, (nodes, topic))| {
+                    let index = topology.topic(topic)?;
+                    topics[index].push((number, place));
+                    let (from, to) = (topology.node(&nodes[0])?, topology.node(&nodes[1])?);
+                    let mut readers = topology.topics[index].readers.iter();
+                    Some(ChainStep {
+                        topic: index,
+                        from,
+                        to,
+                        reader: readers.position(|reader| *reader == to)?,
+                        data: Mutex::default(),
+                    })
+                },
+            );
             steps.collect()
         });
         Some(Self {
@@ -229,8 +230,9 @@ impl TopicChains {
     }
 
     fn steps(&self) -> impl Iterator<Item = &ChainStep> {
-        let followed = self.followed().into_iter();
-        followed.flat_map(|known| known.through(self.topic).map(|(_, _, step)| step))
+        self.followed()
+            .into_iter()
+            .flat_map(|known| known.through(self.topic).map(|(_, _, step)| step))
     }
 
     /// Their number.
@@ -276,8 +278,10 @@ impl Sink for ChainTracker {
         match record {
             TopicRecord::Sent { head, .. } => known.publish(topic, head),
             TopicRecord::Read { reader, seq, .. } => {
-                let steps = known.through(topic).filter(|step| step.2.reader == *reader);
-                steps.for_each(|(_, _, step)| step.data().read(*seq));
+                known
+                    .through(topic)
+                    .filter(|step| step.2.reader == *reader)
+                    .for_each(|(_, _, step)| step.data().read(*seq));
             }
             _ => {}
         }

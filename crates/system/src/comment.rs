@@ -33,8 +33,10 @@ pub(super) fn escaped(text: &str) -> String {
 /// `text` with one backslash less before each `#` that would begin a comment.
 pub(super) fn unescaped(text: &str) -> String {
     let mut unescaped = text.to_owned();
-    let escapes = hashes(text).filter(|(_, backslashes)| *backslashes > 0);
-    let places: Vec<usize> = escapes.map(|(place, _)| place - 1).collect();
+    let places: Vec<usize> = hashes(text)
+        .filter(|(_, backslashes)| *backslashes > 0)
+        .map(|(place, _)| place - 1)
+        .collect();
     for place in places.into_iter().rev() {
         unescaped.remove(place);
     }

@@ -52,8 +52,11 @@ pub fn node_label(system: &dyn System, node: &str) -> String {
 
 /// The first alias of this kind.
 pub fn first_alias(system: &dyn System, kind: KnobKind) -> Option<&'static Alias> {
-    let mut aliases = system.knobs().aliases().iter();
-    aliases.find(|alias| alias.kind() == kind)
+    system
+        .knobs()
+        .aliases()
+        .iter()
+        .find(|alias| alias.kind() == kind)
 }
 
 /// The node of the first alias for a rate: its rate matters most.
@@ -64,10 +67,11 @@ pub fn paced_node(system: &dyn System) -> Option<&'static str> {
 
 /// The first alias for the rate of a node for which `wanted` is true.
 pub fn rate_alias(system: &dyn System, wanted: impl Fn(&str) -> bool) -> Option<&'static Alias> {
-    let mut aliases = system.knobs().aliases().iter();
-    aliases.find(|alias| {
-        let mut knobs = alias.knobs.iter();
-        knobs.any(|(kind, of)| *kind == KnobKind::Rate && wanted(of))
+    system.knobs().aliases().iter().find(|alias| {
+        alias
+            .knobs
+            .iter()
+            .any(|(kind, of)| *kind == KnobKind::Rate && wanted(of))
     })
 }
 
@@ -108,10 +112,9 @@ pub fn short_value(system: &dyn System, alias: &Alias, setup: &Setup) -> String 
 /// A word for successful runs: their usual verdict, such as `balanced`.
 pub fn good(system: &dyn System) -> String {
     let verdicts = system.verdicts();
-    let usual = verdicts
+    verdicts
         .first()
-        .filter(|_| verdicts.iter().any(|verdict| verdict.lost));
-    usual
+        .filter(|_| verdicts.iter().any(|verdict| verdict.lost))
         .map_or("not lost", |verdict| &verdict.name)
         .replace('_', " ")
 }

@@ -14,8 +14,11 @@ const OFTEN: f64 = 0.1;
 
 /// What a tick of `node` takes with `setup`.
 pub(crate) fn cost_of(setup: &Setup, node: &str) -> Draw {
-    let cost = setup.knob(KnobKind::Takes, node).and_then(Knob::draw);
-    cost.cloned().unwrap_or(Draw::NONE)
+    setup
+        .knob(KnobKind::Takes, node)
+        .and_then(Knob::draw)
+        .cloned()
+        .unwrap_or(Draw::NONE)
 }
 
 /// A warning that `node`, which has a core of its own and ticks at `hz`, is asked for more than it

@@ -32,8 +32,9 @@ impl Setup {
 
     /// The knob of this `kind` for a [subject](Knob::subject), if it is set.
     pub fn knob(&self, kind: KnobKind, subject: &str) -> Option<&Knob> {
-        let mut knobs = self.0.iter();
-        knobs.find(|knob| knob.kind() == kind && knob.subject() == subject)
+        self.0
+            .iter()
+            .find(|knob| knob.kind() == kind && knob.subject() == subject)
     }
 
     /// Rate of `node`, if it is set.

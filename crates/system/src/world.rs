@@ -83,8 +83,9 @@ impl TryFrom<u64> for StepMs {
     type Error = WorldError;
 
     fn try_from(ms: u64) -> Result<Self, WorldError> {
-        let mut all = Self::ALL.into_iter();
-        all.find(|step| step.get() == ms)
+        Self::ALL
+            .into_iter()
+            .find(|step| step.get() == ms)
             .ok_or(WorldError::StepMs(ms))
     }
 }

@@ -128,8 +128,9 @@ fn channel(number: usize, topic: String, columns: &[String]) -> Arc<Channel<'sta
 /// A row as JSON, the row of a message with its header stamp first; `None` without a time.
 fn row(columns: &[String], cells: &[String], channel: usize) -> Option<Row> {
     let cell = |name: &str| {
-        let mut pairs = columns.iter().zip(cells);
-        pairs
+        columns
+            .iter()
+            .zip(cells)
             .find(|(column, _)| *column == name)
             .map(|(_, cell)| cell)
     };

@@ -29,8 +29,8 @@ pub fn part_line(part: &str, address: &str) -> String {
 
 /// The words of the command line of this process, without its name.
 fn given() -> Vec<String> {
-    let words = env::args_os().skip(1);
-    words
+    env::args_os()
+        .skip(1)
         .map(|word| word.to_string_lossy().into_owned())
         .collect()
 }

@@ -154,8 +154,10 @@ fn record(
         nodes: here.to_vec(),
         error_ns: Some(0),
     }];
-    let begun = destination.map(|destination| Recorder::from_the_start(destination, &source));
-    begun.transpose().map_err(record_error)
+    destination
+        .map(|destination| Recorder::from_the_start(destination, &source))
+        .transpose()
+        .map_err(record_error)
 }
 
 /// Runs to the end and prints the summary; returns whether the run is lost.
@@ -179,8 +181,10 @@ fn run_once(
     });
     let summary = outcome?;
     let topology = observer.topology();
-    let mut topics = topology.topics.iter();
-    let state = topics.find(|topic| Some(&*topic.name) == system.state());
+    let state = topology
+        .topics
+        .iter()
+        .find(|topic| Some(&*topic.name) == system.state());
     let is_here = |node: &usize| here.contains(&topology.nodes[*node].name);
     let states_here = state.is_none_or(|topic| topic.publishers.iter().any(is_here));
     let context = ReportContext {

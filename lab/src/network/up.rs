@@ -182,12 +182,13 @@ impl Drop for ChildProcess {
 /// A port that is free; the `asked` one, unless that is `None`.
 fn free_port(asked: Option<u16>) -> Result<u16, Error> {
     let port = asked.unwrap_or(USUAL_PORT);
-    let tried = TcpListener::bind(("127.0.0.1", port)).and_then(|free| free.local_addr());
-    let port = tried.map(|address| address.port());
-    port.map_err(|why| {
-        Error::BadInput(format!(
-            "--port {}: {why}: try another, or 0 for any",
-            asked.unwrap_or(USUAL_PORT)
-        ))
-    })
+    TcpListener::bind(("127.0.0.1", port))
+        .and_then(|free| free.local_addr())
+        .map(|address| address.port())
+        .map_err(|why| {
+            Error::BadInput(format!(
+                "--port {}: {why}: try another, or 0 for any",
+                asked.unwrap_or(USUAL_PORT)
+            ))
+        })
 }

@@ -23,8 +23,10 @@ fn compared<'a>(
 ) -> impl Iterator<Item = ComparedChain<'a>> {
     let chains = system.about().chains.iter();
     chains.filter_map(|chain| {
-        let mut ages = summary.ages.iter();
-        let age = ages.find(|age| age.chain.as_deref() == Some(chain.name()));
+        let age = summary
+            .ages
+            .iter()
+            .find(|age| age.chain.as_deref() == Some(chain.name()));
         Some(ComparedChain {
             chain,
             bag: chain.bag.as_ref()?,

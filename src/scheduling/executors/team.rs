@@ -53,9 +53,11 @@ impl Team {
         tasks: Vec<Task>,
     ) -> impl Iterator<Item = (Task, Box<dyn CallbackOrder>)> {
         let order = self.executor.kind().order;
-        let parts = tasks.into_iter().zip(&self.callbacks);
-        parts.filter_map(move |(task, callback)| {
-            Some((task, order?(std::slice::from_ref(callback), 1)))
-        })
+        tasks
+            .into_iter()
+            .zip(&self.callbacks)
+            .filter_map(move |(task, callback)| {
+                Some((task, order?(std::slice::from_ref(callback), 1)))
+            })
     }
 }

@@ -53,8 +53,10 @@ impl Budget {
             |part| matches!(part, FaultPart::Hang(_)),
             |part| matches!(part, FaultPart::Shift),
         ];
-        let mut kinds = kinds.iter().zip(self.counts());
-        kinds.all(|(kind, most)| list.iter().filter(|part| kind(part)).count() <= most)
+        kinds
+            .iter()
+            .zip(self.counts())
+            .all(|(kind, most)| list.iter().filter(|part| kind(part)).count() <= most)
     }
 
     /// Refuses an empty budget, and one with too many parts or less than a part.
@@ -66,8 +68,9 @@ impl Budget {
         if self.counts().iter().any(|count| *count > MOST_PARTS) {
             return Err(HuntError::TooMuch);
         }
-        let mut lengths = lengths.into_iter();
-        let short = lengths.find(|(length, part, _)| !length.is_zero() && length < part);
+        let short = lengths
+            .into_iter()
+            .find(|(length, part, _)| !length.is_zero() && length < part);
         short.map_or(Ok(()), |(length, part, what)| {
             Err(HuntError::TooLittle { what, length, part })
         })

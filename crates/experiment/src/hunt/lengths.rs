@@ -52,8 +52,11 @@ impl Budget {
         });
         let period = |node: usize| rates[node].period();
         let of_topic = topology.topic(&self.topic).and_then(|topic| {
-            let publishers = topology.topics[topic].publishers.iter();
-            publishers.map(|node| period(*node)).min()
+            topology.topics[topic]
+                .publishers
+                .iter()
+                .map(|node| period(*node))
+                .min()
         });
         let of_node = |of: &Option<(String, Duration)>| {
             of.as_ref()

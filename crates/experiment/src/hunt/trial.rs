@@ -52,9 +52,10 @@ impl<'h> Trials<'h> {
     /// The first of the smallest lists within the budget that were found to lose the run, with
     /// its verdict.
     pub fn best(&self) -> Option<&(Vec<FaultPart>, Verdict)> {
-        let lost = self.lost.iter();
-        let allowed = lost.filter(|(list, _)| self.budget.allows(list));
-        allowed.min_by_key(|(list, _)| list.len())
+        self.lost
+            .iter()
+            .filter(|(list, _)| self.budget.allows(list))
+            .min_by_key(|(list, _)| list.len())
     }
 
     /// The verdict on a run to its end; `None` if it was stopped.

@@ -107,8 +107,7 @@ impl Quantity for Decimal {
     const ONE: i128 = 1_000_000_000;
 
     fn read(text: &str) -> Result<i128, AxisError> {
-        let units = decimal(text.trim()).map(i128::from);
-        units.ok_or_else(|| {
+        decimal(text.trim()).map(i128::from).ok_or_else(|| {
             let expected = "expected one such as 12, 0.25 or -3, to 9 places";
             AxisError::Value(format!("{text:?} is not a number: {expected}"))
         })

@@ -61,14 +61,19 @@ impl ByAge {
 
     /// The smallest age of a lost run (s).
     pub fn youngest_lost_s(&self) -> Option<f64> {
-        let mut lost = self.runs.iter().filter(|(_, held)| !held);
-        lost.next().map(|(age, _)| *age)
+        self.runs
+            .iter()
+            .find(|(_, held)| !held)
+            .map(|(age, _)| *age)
     }
 
     /// The largest age of a held run (s).
     pub fn oldest_held_s(&self) -> Option<f64> {
-        let mut held = self.runs.iter().rev().filter(|(_, held)| *held);
-        held.next().map(|(age, _)| *age)
+        self.runs
+            .iter()
+            .rev()
+            .find(|(_, held)| *held)
+            .map(|(age, _)| *age)
     }
 
     /// The runs in bins `width_s` wide, without empty bins.

@@ -162,8 +162,10 @@ fn messages(list: &str) -> Vec<String> {
             }
         }
     }
-    let messages = messages.iter().map(|message| message.trim().to_owned());
-    messages.collect()
+    messages
+        .iter()
+        .map(|message| message.trim().to_owned())
+        .collect()
 }
 
 fn refused(error: KnobTextError) -> AxisError {

@@ -157,8 +157,9 @@ impl Sweep {
         }
         let counts = lists.iter().map(|(_, values)| *values as u128);
         let cells = counts.fold(1, u128::saturating_mul);
-        let few = usize::try_from(cells).ok();
-        few.filter(|cells| *cells <= MAX_CELLS)
+        usize::try_from(cells)
+            .ok()
+            .filter(|cells| *cells <= MAX_CELLS)
             .ok_or(SweepError::TooMany(cells))
     }
 
@@ -199,8 +200,10 @@ impl Sweep {
         };
         // A message that an axis replaces is never resolved.
         resolved.base = self.config(&first).resolved(&*self.system)?;
-        let axes = resolved.axes.iter_mut();
-        let messages = axes.filter(|axis| axis.kind == KnobKind::Send);
+        let messages = resolved
+            .axes
+            .iter_mut()
+            .filter(|axis| axis.kind == KnobKind::Send);
         for value in messages.flat_map(|axis| &mut axis.values) {
             let mut config = resolved.base.clone();
             config.setup.extend(value.knobs.iter().cloned());

@@ -83,8 +83,10 @@ impl Swept {
 
     /// The finished cells, in the order of the sweep.
     pub fn finished(&self) -> impl Iterator<Item = (Cell, &CellResult)> {
-        let outcomes = self.outcomes.iter().enumerate();
-        outcomes.filter_map(|(index, outcome)| Some((self.sweep.cell(index)?, outcome.as_ref()?)))
+        self.outcomes
+            .iter()
+            .enumerate()
+            .filter_map(|(index, outcome)| Some((self.sweep.cell(index)?, outcome.as_ref()?)))
     }
 
     /// Whether all cells are finished.
@@ -96,15 +98,17 @@ impl Swept {
     /// sweep.
     pub fn survival(&self) -> impl Iterator<Item = Survival> {
         let seeds = self.sweep.seeds.len().max(1);
-        let groups = self.outcomes.chunks(seeds).enumerate();
-        groups.filter_map(move |(group, outcomes)| {
-            let finished = outcomes.iter().flatten();
-            Some(Survival {
-                cell: self.sweep.cell(group * seeds)?,
-                runs: finished.clone().count(),
-                held: finished.filter(|result| !result.is_lost()).count(),
+        self.outcomes
+            .chunks(seeds)
+            .enumerate()
+            .filter_map(move |(group, outcomes)| {
+                let finished = outcomes.iter().flatten();
+                Some(Survival {
+                    cell: self.sweep.cell(group * seeds)?,
+                    runs: finished.clone().count(),
+                    held: finished.filter(|result| !result.is_lost()).count(),
+                })
             })
-        })
     }
 }
 

@@ -70,16 +70,17 @@ impl Lineage {
         };
         let number = worked.tick.number;
         let by = Some(TickId { node, number });
-        let outputs = self.topology.topics.iter().enumerate();
-        outputs
+        self.topology
+            .topics
+            .iter()
+            .enumerate()
             .filter(|(_, topic)| topic.publishers.contains(&node))
             .flat_map(|(topic, _)| {
                 let sent = &self.topics[topic].sent;
                 let first = sent.partition_point(|sent| sent.at < worked.tick.at);
-                let made = sent
-                    .range(first..)
-                    .take_while(move |sent| sent.at <= worked.ends());
-                made.filter(move |sent| sent.by == by)
+                sent.range(first..)
+                    .take_while(move |sent| sent.at <= worked.ends())
+                    .filter(move |sent| sent.by == by)
                     .map(move |sent| MessageId {
                         topic,
                         seq: sent.seq,
@@ -171,8 +172,10 @@ impl Lineage {
     /// nothing of a sensing.
     fn first_source(&self, worked: &TracedTick) -> Option<usize> {
         let nodes = worked.beginnings.iter().flatten().map(|(node, _)| *node);
-        let mut reading_nothing = nodes.clone().filter(|node| self.nodes[*node].begins);
-        reading_nothing.next().or(nodes.clone().next())
+        nodes
+            .clone()
+            .find(|node| self.nodes[*node].begins)
+            .or(nodes.clone().next())
     }
 
     /// When the data of a message began; `None` while the tick that published it is not settled.
@@ -254,8 +257,10 @@ impl Lineage {
             open.retain(|(_, node, index)| !self.settle_tick(*node, *index));
         }
         for record in &mut self.nodes {
-            let ticks = record.ticks.range(record.settled..);
-            let settled = ticks.take_while(|worked| worked.beginnings.is_some());
+            let settled = record
+                .ticks
+                .range(record.settled..)
+                .take_while(|worked| worked.beginnings.is_some());
             record.settled += settled.count();
         }
     }
@@ -284,8 +289,8 @@ fn place_of<T>(items: &VecDeque<T>, number: u64, number_of: impl Fn(&T) -> u64) 
 
 /// When the newest data of the node `source` began.
 fn began_of(beginnings: &Beginnings, source: usize) -> Option<Time> {
-    let mut known = beginnings.iter();
-    known
+    beginnings
+        .iter()
         .find(|(node, _)| *node == source)
         .map(|(_, began)| *began)
 }

@@ -204,8 +204,10 @@ impl Lineage {
 
     /// The nodes that read nothing, and so begin data.
     pub fn sources(&self) -> impl Iterator<Item = usize> {
-        let nodes = self.nodes.iter().enumerate();
-        nodes.filter_map(|(index, node)| node.begins.then_some(index))
+        self.nodes
+            .iter()
+            .enumerate()
+            .filter_map(|(index, node)| node.begins.then_some(index))
     }
 
     /// Whether any action of the node with index `node` is known.
@@ -243,11 +245,17 @@ impl Lineage {
             return;
         };
         let mut reads = Reads::new();
-        let own = tick.causes.reads.iter().rev();
-        own.for_each(|read| add_read(&mut reads, read.message));
+        tick.causes
+            .reads
+            .iter()
+            .rev()
+            .for_each(|read| add_read(&mut reads, read.message));
         reads.reverse();
-        let before = node.ticks.back().into_iter().flat_map(TracedTick::reads);
-        before.for_each(|read| add_read(&mut reads, read));
+        node.ticks
+            .back()
+            .into_iter()
+            .flat_map(TracedTick::reads)
+            .for_each(|read| add_read(&mut reads, read));
         node.acts |= tick.push.is_some();
         let is_old = |oldest: &TracedTick| is_long_before(oldest.tick.at, tick.at);
         if is_over(&node.ticks, self.kept, is_old) {

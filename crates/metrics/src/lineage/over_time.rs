@@ -66,8 +66,10 @@ impl AgeOverTime {
 
     /// Its mean (ns); `None` if no time has passed.
     pub fn mean_ns(&self) -> Option<i64> {
-        let sums = self.sums.iter();
-        let twice = sums.fold(0, |all: i128, (_, sum)| all.saturating_add(*sum));
+        let twice = self
+            .sums
+            .iter()
+            .fold(0, |all: i128, (_, sum)| all.saturating_add(*sum));
         Some(self.share(twice)).filter(|_| self.time > 0)
     }
 
@@ -124,6 +126,9 @@ impl AgeOverTime {
 pub fn mean_parts(lineage: &Lineage, node: usize, from: Time, to: Time) -> Vec<(AgeStage, f64)> {
     let mut ages = AgeOverTime::default();
     ages.extend(lineage, node, from, to);
-    let parts = ages.parts().into_iter().filter(|(_, ns)| *ns > 0);
-    parts.map(|(stage, ns)| (stage, ns as f64)).collect()
+    ages.parts()
+        .into_iter()
+        .filter(|(_, ns)| *ns > 0)
+        .map(|(stage, ns)| (stage, ns as f64))
+        .collect()
 }

@@ -271,9 +271,14 @@ impl Lineage {
             let arrives = self.head(*read).and_then(|sent| sent.arrives);
             triggers.contains(&read.topic) && arrives == Some(tick.due())
         };
-        let mut others = worked.reads().filter(|read| read.topic != topic);
-        let tie = others.find(last).filter(|_| completed == topic);
-        Some(tie.map_or(completed, |read| read.topic))
+        Some(
+            worked
+                .reads()
+                .filter(|read| read.topic != topic)
+                .find(last)
+                .filter(|_| completed == topic)
+                .map_or(completed, |read| read.topic),
+        )
     }
 
     /// The release of a tick: before its start where the node has an executor.
@@ -298,8 +303,7 @@ impl Lineage {
     fn first_chance(&self, message: MessageId, node: usize, first_read: usize) -> usize {
         let ticks = &self.nodes[node].ticks;
         let found = |index: &usize| {
-            let mut reads = ticks[*index].tick.causes.reads.iter();
-            reads.any(|read| {
+            ticks[*index].tick.causes.reads.iter().any(|read| {
                 let is_older = read.message.seq < message.seq && read.newest >= message.seq;
                 read.message.topic == message.topic && is_older
             })

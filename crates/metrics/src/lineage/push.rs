@@ -146,8 +146,10 @@ impl Lineage {
 
     /// Run time of a node's first known push; zero if there is none.
     pub fn first_push(&self, node: usize) -> Time {
-        let mut ticks = self.nodes[node].ticks.iter();
-        let first = ticks.find(|worked| !worked.reads.is_empty());
+        let first = self.nodes[node]
+            .ticks
+            .iter()
+            .find(|worked| !worked.reads.is_empty());
         first.and_then(|first| first.tick.ends).unwrap_or_default()
     }
 

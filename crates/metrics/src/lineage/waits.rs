@@ -40,9 +40,11 @@ impl Lineage {
         let (from, to, what) = (tick.due(), tick.at, WaitsFor::Thread);
         let late = TickWait { from, to, what };
         let begins = self.waited(node, index).unwrap_or(late);
-        let matched = self.waited_for_match(node, index).into_iter();
-        let waits = matched.chain([begins]);
-        waits.filter(|wait| wait.from < wait.to).collect()
+        self.waited_for_match(node, index)
+            .into_iter()
+            .chain([begins])
+            .filter(|wait| wait.from < wait.to)
+            .collect()
     }
 
     /// The longest wait for a match among the messages of a tick, from the end of the tick
@@ -128,15 +130,14 @@ impl Lineage {
         let inside =
             |worked: &&TracedTick| worked.tick.at > own.tick.at && worked.tick.at < own.ends();
         let others = self.companions(node).flat_map(|other| {
-            let ticks = self
-                .ticks_between(other, own.tick.at, own.ends())
+            self.ticks_between(other, own.tick.at, own.ends())
                 .map(|(_, worked)| worked)
-                .filter(inside);
-            ticks.map(move |worked| TickWait {
-                from: worked.tick.at,
-                to: worked.ends().min(own.ends()),
-                what: WaitsFor::Node(other),
-            })
+                .filter(inside)
+                .map(move |worked| TickWait {
+                    from: worked.tick.at,
+                    to: worked.ends().min(own.ends()),
+                    what: WaitsFor::Node(other),
+                })
         });
         outermost(others.collect())
     }

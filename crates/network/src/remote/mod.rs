@@ -288,8 +288,12 @@ impl RemoteRun {
     /// Whether a recording that begins now would lack a process that has yet to answer: its
     /// head names them all.
     fn awaits_process(&self, ripe: Time) -> bool {
-        let mut nodes = self.gathered.topology.nodes.iter();
-        let knows_all = nodes.all(|node| self.processes.with_node(&node.name).is_some());
+        let knows_all = self
+            .gathered
+            .topology
+            .nodes
+            .iter()
+            .all(|node| self.processes.with_node(&node.name).is_some());
         !knows_all && ripe < Time::ZERO + GREETING && self.recordings().is_waiting()
     }
 

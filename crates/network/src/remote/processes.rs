@@ -184,8 +184,7 @@ impl Processes {
 
     /// Messages of a topic lost unread so far, in all processes.
     pub fn dropped(&self, topic: usize) -> u64 {
-        let processes = self.all.values();
-        let now = processes.map(|process| process.dropped(topic));
+        let now = self.all.values().map(|process| process.dropped(topic));
         total(now.chain(self.dropped_before.get(&topic).copied()))
     }
 

@@ -63,8 +63,11 @@ impl Relay {
 
 impl Tapped for Relay {
     fn fields(&self, topic: &str) -> Option<&[String]> {
-        let mut topics = self.topics.iter();
-        topics.find(|known| known.name == topic)?.fields.as_deref()
+        self.topics
+            .iter()
+            .find(|known| known.name == topic)?
+            .fields
+            .as_deref()
     }
 
     fn all(&self, capacity: usize) -> Tap<RunRow> {

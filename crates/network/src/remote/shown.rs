@@ -80,8 +80,10 @@ impl RemoteRun {
         if self.processes.hub().is_some() {
             return None;
         }
-        let systems = self.follower.other_systems().into_iter();
-        let runs: Vec<String> = systems
+        let runs: Vec<String> = self
+            .follower
+            .other_systems()
+            .into_iter()
             .map(|system| {
                 let command = self.commands.lab(&system);
                 format!("this run is of {system}: {command}")
@@ -145,8 +147,8 @@ impl Processes {
     /// through the one that listens.
     fn unheard<'a>(&'a self, process: &'a Process) -> Option<&'a Process> {
         let hub = self.hub_process().filter(|hub| self.is_gone(hub));
-        let hub = hub.filter(|hub| process.heard + GONE >= hub.heard);
-        hub.or_else(|| Some(process).filter(|process| self.is_gone(process)))
+        hub.filter(|hub| process.heard + GONE >= hub.heard)
+            .or_else(|| Some(process).filter(|process| self.is_gone(process)))
     }
 
     /// Why nothing is heard of a process, and what to try.
@@ -215,8 +217,12 @@ impl Processes {
 
     /// How exact ages between them are; `None` where they share a clock.
     pub fn exactness(&self) -> Option<String> {
-        let others = self.all.values().filter(|process| !process.info.is_hub);
-        let bounds: Option<Vec<Nanos>> = others.map(|process| process.bound).collect();
+        let bounds: Option<Vec<Nanos>> = self
+            .all
+            .values()
+            .filter(|process| !process.info.is_hub)
+            .map(|process| process.bound)
+            .collect();
         let Some(bounds) = bounds else {
             return Some("ages ?".to_owned());
         };

@@ -117,8 +117,7 @@ impl Ros {
         {
             self.publish(&node.name, joints, tap)?;
         }
-        let mut inlets = part.inlets.iter();
-        let inlet = inlets.find(|inlet| inlet.name == topic.name);
+        let inlet = part.inlets.iter().find(|inlet| inlet.name == topic.name);
         let (readers, _) = part.own.split(&topic.readers);
         match (readers.first(), inlet) {
             (Some(node), Some(inlet)) => self.subscribe(&node.name, joints, inlet),
@@ -224,8 +223,9 @@ impl Ros {
         let (joints, stamps) = (*joints, self.stamps.clone());
         let publishers = self.publishers.clone();
         inlet.begin(&self.part.peers.session, &key, move |inlet, sample| {
-            let attachment = sample.attachment().map(|bytes| bytes.to_bytes());
-            let from = attachment
+            let from = sample
+                .attachment()
+                .map(|bytes| bytes.to_bytes())
                 .and_then(|bytes| Attachment::decode(&bytes))
                 .ok_or(Refusal::Format)?;
             let (row, stamp) = read(&joints, sample)?;

@@ -193,8 +193,9 @@ impl Publishers {
     pub(crate) fn publish_to(&self, key: &str) -> bool {
         let ours = self.peers.sessions();
         let known = lock(&self.known);
-        let mut publishers = known.values();
-        publishers.any(|known| known.key == key && !ours.contains(&known.session))
+        known
+            .values()
+            .any(|known| known.key == key && !ours.contains(&known.session))
     }
 }
 

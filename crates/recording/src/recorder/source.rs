@@ -34,8 +34,8 @@ pub trait Tapped: Send + Sync {
 
 impl Tapped for Taps {
     fn fields(&self, topic: &str) -> Option<&[String]> {
-        let mut topics = self.topics().iter();
-        topics
+        self.topics()
+            .iter()
             .find(|known| known.name() == topic)
             .map(|known| known.fields())
     }

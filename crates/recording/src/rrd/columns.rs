@@ -241,8 +241,9 @@ pub fn cells(chunk: &Chunk, name: &'static str) -> Vec<Cell<Option<u64>>> {
 
 /// Returns whether `chunk` has the columns that rows of this kind never lack.
 pub fn has_numbers<R: RecordRow>(chunk: &Chunk) -> bool {
-    let mut needed = R::COLUMNS.iter();
-    needed.all(|column| column.form != ColumnForm::Count || has(chunk, column.name))
+    R::COLUMNS
+        .iter()
+        .all(|column| column.form != ColumnForm::Count || has(chunk, column.name))
 }
 
 /// Returns whether `chunk` has values to be plotted.

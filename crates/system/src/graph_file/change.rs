@@ -167,11 +167,11 @@ impl GraphFile {
     /// Other rates of the simulator's clock, if the file has one.
     pub fn clock_changes(&self) -> impl Iterator<Item = KeyChange> {
         let hz = self.clock_hz.into_iter();
-        let rates = hz.flat_map(|hz| CLOCKS.map(|times| times * hz));
-        rates.map(|hz| KeyChange {
-            about: "clock".to_owned(),
-            with: format!("clock.rate = {hz}"),
-        })
+        hz.flat_map(|hz| CLOCKS.map(|times| times * hz))
+            .map(|hz| KeyChange {
+                about: "clock".to_owned(),
+                with: format!("clock.rate = {hz}"),
+            })
     }
 
     /// Whether `node` shares an executor with a node that is `named`.

@@ -100,8 +100,7 @@ fn topics(block: &Block, key: &str) -> Checked<Vec<Placed>> {
 
 /// What the section `at` has happen during a run.
 fn events(top: &Block) -> Checked<Vec<PlacedEvent>> {
-    let pairs = top.list("at").chunks_exact(2);
-    let events = pairs.map(|pair| {
+    let events = top.list("at").chunks_exact(2).map(|pair| {
         let [time, knob] = [&pair[0], &pair[1]];
         let seconds: Option<f64> = time.text.trim().parse().ok();
         let at = seconds.and_then(|seconds| Time::from_secs_f64(seconds).ok());
@@ -231,10 +230,10 @@ fn simulated_clocks(block: &Block, file: &GraphFile) -> Checked<Vec<PlacedKnob>>
     let nodes = file.nodes.iter().filter(|node| !has_own(node));
     let at = block.at("rate").unwrap_or_default();
     let clock = |node: &NodeSpec| {
-        let clock = KnobKind::Clock
+        KnobKind::Clock
             .set(&node.name, &error)
-            .map(|knob| PlacedKnob { knob, at });
-        clock.or_else(|_| refuse(at, "rate: expected 0.001 to 1000000".to_owned()))
+            .map(|knob| PlacedKnob { knob, at })
+            .or_else(|_| refuse(at, "rate: expected 0.001 to 1000000".to_owned()))
     };
     nodes.map(clock).collect()
 }
@@ -330,8 +329,10 @@ fn publisher(file: &GraphFile, topic: &Placed) -> Checked {
     }
     // Its own outputs are of no use to a node.
     let reads = |node: &&NodeSpec| node.inputs().any(|input| input.at == topic.at);
-    let others = file.nodes.iter().filter(|node| !reads(node));
-    let published = others
+    let published = file
+        .nodes
+        .iter()
+        .filter(|node| !reads(node))
         .flat_map(|node| &node.publishes)
         .map(|topic| &*topic.text);
     unknown("no node publishes", topic, published)
@@ -466,8 +467,10 @@ fn whole(file: &GraphFile) -> Checked {
     if file.inner.is_some() {
         return Ok(());
     }
-    let mut read = file.nodes.iter().flat_map(NodeSpec::inputs);
-    read.try_for_each(|topic| publisher(file, topic))
+    file.nodes
+        .iter()
+        .flat_map(NodeSpec::inputs)
+        .try_for_each(|topic| publisher(file, topic))
 }
 
 /// A duration of `ms` milliseconds.

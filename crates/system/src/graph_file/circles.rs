@@ -103,8 +103,10 @@ impl GraphFile {
     /// Whether only nodes of `silent` publish `topic`; a topic without a publisher in the file is
     /// one of the system in the middle.
     fn is_silent(&self, topic: &Placed, silent: &[usize]) -> bool {
-        let nodes = self.nodes.iter().enumerate();
-        let mut publishers = nodes
+        let mut publishers = self
+            .nodes
+            .iter()
+            .enumerate()
             .filter(|(_, node)| node.publishes(&topic.text))
             .map(|(index, _)| index)
             .peekable();

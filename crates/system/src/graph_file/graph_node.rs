@@ -88,8 +88,9 @@ impl Node for GraphNode {
             self.inputs.is_empty() || inputs.any(|input| input.sensed.is_some())
         };
         if self.published {
-            let outputs = self.outputs.iter();
-            outputs.for_each(|output| self.publish(output, tick));
+            self.outputs
+                .iter()
+                .for_each(|output| self.publish(output, tick));
         }
         if let Some(ends) = &mut self.ends {
             ends.began = tick.now();

@@ -85,8 +85,10 @@ impl Fit<'_> {
         members.try_for_each(|node| one_of("no node", node, nodes.clone()))?;
         let topics = topics.iter().map(|topic| &*topic.name);
         let topics = self.file.published().chain(topics);
-        let mut settings = self.file.topics.iter();
-        settings.try_for_each(|topic| one_of("no topic", topic, topics.clone()))
+        self.file
+            .topics
+            .iter()
+            .try_for_each(|topic| one_of("no topic", topic, topics.clone()))
     }
 
     /// The nodes between topics of the system and their readers.
@@ -133,17 +135,16 @@ impl Fit<'_> {
             return true;
         }
         let Topology { topics, .. } = &self.topology;
-        let known = self
-            .topology
+        self.topology
             .node(&node.text)
-            .zip(self.topology.topic(&topic.text));
-        known.is_some_and(|(node, topic)| {
-            if reading {
-                topics[topic].readers.contains(&node)
-            } else {
-                topics[topic].publishers.contains(&node)
-            }
-        })
+            .zip(self.topology.topic(&topic.text))
+            .is_some_and(|(node, topic)| {
+                if reading {
+                    topics[topic].readers.contains(&node)
+                } else {
+                    topics[topic].publishers.contains(&node)
+                }
+            })
     }
 
     /// The nodes on the way from the topic `from` of the system to the topic `to`, in the order
@@ -156,8 +157,12 @@ impl Fit<'_> {
             refuse(to.at, what)
         };
         while *topic != from.text {
-            let nodes = self.file.nodes.iter();
-            let publishers: Vec<_> = nodes.filter(|node| node.publishes(topic)).collect();
+            let publishers: Vec<_> = self
+                .file
+                .nodes
+                .iter()
+                .filter(|node| node.publishes(topic))
+                .collect();
             let [node] = publishers[..] else {
                 let count = publishers.len();
                 return no_way(format!("{count} nodes publish {topic:?}, expected one"));

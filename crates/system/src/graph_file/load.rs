@@ -34,8 +34,8 @@ impl GraphSystem {
     pub(super) fn overloads(&self, setup: &Setup) -> Vec<String> {
         let loads = self.loads(setup);
         let nodes = self.topology().nodes.iter().map(|node| &*node.name);
-        let inner = nodes.filter(|name| self.file.node(name).is_none());
-        let alone = inner
+        let alone = nodes
+            .filter(|name| self.file.node(name).is_none())
             .chain(self.file.names())
             .filter(|node| self.has_core(node))
             .filter_map(|node| {
@@ -77,17 +77,21 @@ impl GraphSystem {
             let node = &topology.nodes[node];
             setup.rate(&node.name).unwrap_or(node.hz)
         };
-        let nodes = topology.nodes.iter().zip(topology.ticks_per_second(rate));
-        let loads = nodes.enumerate().map(|(index, (node, hz))| {
-            let load = Load {
-                rate: node.triggers.is_empty().then(|| rate(index)),
-                hz,
-                cost: cost_of(setup, &node.name)
-                    .mean_of(|took| took.as_secs_f64())
-                    .unwrap_or_default(),
-            };
-            (&*node.name, load)
-        });
+        let loads = topology
+            .nodes
+            .iter()
+            .zip(topology.ticks_per_second(rate))
+            .enumerate()
+            .map(|(index, (node, hz))| {
+                let load = Load {
+                    rate: node.triggers.is_empty().then(|| rate(index)),
+                    hz,
+                    cost: cost_of(setup, &node.name)
+                        .mean_of(|took| took.as_secs_f64())
+                        .unwrap_or_default(),
+                };
+                (&*node.name, load)
+            });
         loads.collect()
     }
 

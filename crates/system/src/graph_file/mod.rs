@@ -192,8 +192,9 @@ impl GraphFile {
             ..=MOST_BYTES => document::read(text),
             bytes => error::refuse(0, format!("{bytes} bytes: expected up to {MOST_BYTES}")),
         };
-        let file = blocks.and_then(|blocks| check::check(text, &blocks));
-        file.map_err(|refusal| refusal.in_text(text))
+        blocks
+            .and_then(|blocks| check::check(text, &blocks))
+            .map_err(|refusal| refusal.in_text(text))
     }
 
     /// This graph with its settings and events as `change` returns them, such as with measured durations

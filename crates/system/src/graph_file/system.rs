@@ -148,12 +148,14 @@ fn signals(file: &GraphFile, inner: Option<&dyn System>) -> Vec<Signal> {
 /// A bound of the age along `chain` where nothing is late: the periods of its nodes (ms); 100
 /// without any.
 fn usual_age(file: &GraphFile, chain: &ChainSpec) -> f64 {
-    let nodes = file.nodes.iter();
-    let on_it = nodes.filter(|node| chain.place(&node.name).is_some());
-    let periods = on_it.map(|node| match node.release {
-        Release::Every(hz) => hz.period().as_secs_f64() * 1e3,
-        Release::On(_) => 0.0,
-    });
+    let periods = file
+        .nodes
+        .iter()
+        .filter(|node| chain.place(&node.name).is_some())
+        .map(|node| match node.release {
+            Release::Every(hz) => hz.period().as_secs_f64() * 1e3,
+            Release::On(_) => 0.0,
+        });
     match 2.0 * periods.sum::<f64>() {
         0.0 => 100.0,
         bound => bound,
@@ -185,8 +187,10 @@ impl System for GraphSystem {
         }
         self.add_nodes(builder)?;
         for executor in &self.file.executors {
-            let nodes = executor.nodes.iter();
-            let callbacks = nodes.map(|node| self.file.callback(&node.text));
+            let callbacks = executor
+                .nodes
+                .iter()
+                .map(|node| self.file.callback(&node.text));
             builder.executor(executor.kind, callbacks)?;
         }
         Ok(())
@@ -279,8 +283,10 @@ impl Judge for GraphSystem {
     }
 
     fn finals_at(&self, at: Time, state: &[f64]) -> Vec<Final> {
-        let chains = self.chains.iter();
-        chains.flat_map(|chain| chain.finals(at, state)).collect()
+        self.chains
+            .iter()
+            .flat_map(|chain| chain.finals(at, state))
+            .collect()
     }
 }
 

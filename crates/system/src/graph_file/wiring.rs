@@ -94,10 +94,10 @@ impl GraphSystem {
         wires: &GraphWires,
     ) -> Result<(), BuildError> {
         let inputs = |topics: &[Placed]| -> RecordedTopics {
-            let topics = topics
+            topics
                 .iter()
-                .filter_map(|topic| builder.recorded(&topic.text));
-            topics.collect()
+                .filter_map(|topic| builder.recorded(&topic.text))
+                .collect()
         };
         let (triggers, reads) = (inputs(&node.triggers), inputs(&node.reads));
         let (outputs, ends) = (self.outputs(node, wires), self.ends(node));
@@ -107,8 +107,11 @@ impl GraphSystem {
         let priority = before + node.priority.unwrap_or(index as u32);
         let (release, stamp, only_new) = (node.release, node.stamp, node.only_new);
         builder.released_node(&node.name, release, priority, move |wiring| {
-            let triggers = triggers.iter().map(|topic| topic.trigger(wiring));
-            let mut inputs: Vec<_> = triggers.map(NodeInput::new).collect();
+            let mut inputs: Vec<_> = triggers
+                .iter()
+                .map(|topic| topic.trigger(wiring))
+                .map(NodeInput::new)
+                .collect();
             let reads = reads.iter().map(|topic| topic.reader(wiring));
             inputs.extend(reads.map(NodeInput::new));
             let outputs = outputs.iter().map(|topic| wiring.publisher(topic));
@@ -127,20 +130,22 @@ impl GraphSystem {
     /// The topics that `node` publishes.
     fn outputs(&self, node: &NodeSpec, wires: &GraphWires) -> Vec<Topic<f64>> {
         let outputs = node.publishes.iter().filter_map(|Placed { text, .. }| {
-            let mut topics = wires.topics.iter();
-            topics.find(|topic| topic.name() == text).cloned()
+            wires
+                .topics
+                .iter()
+                .find(|topic| topic.name() == text)
+                .cloned()
         });
         outputs.collect()
     }
 
     /// The numbers and the names of the chains that end at `node`.
     fn ends(&self, node: &NodeSpec) -> Vec<(usize, String)> {
-        let ends = self
-            .chains
+        self.chains
             .iter()
             .enumerate()
-            .filter(|(_, chain)| chain.last() == node.name);
-        ends.map(|(number, chain)| (number, chain.name.clone()))
+            .filter(|(_, chain)| chain.last() == node.name)
+            .map(|(number, chain)| (number, chain.name.clone()))
             .collect()
     }
 }

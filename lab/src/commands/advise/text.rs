@@ -48,8 +48,11 @@ pub fn render(subject: &Subject<'_>, base: &ChangedRun, measured: &[ChangedRun])
     let cells = best.iter().take(PRINTED);
     let cells: Vec<[String; 2]> = cells.map(|run| [figures(run), price(base, run)]).collect();
     let [first, second] = [0, 1].map(|of| {
-        let widths = cells.iter().map(|cells| cells[of].len());
-        widths.max().unwrap_or_default()
+        cells
+            .iter()
+            .map(|cells| cells[of].len())
+            .max()
+            .unwrap_or_default()
     });
     for (run, [figures, price]) in best.iter().zip(&cells) {
         let command = command(&run.change);

@@ -203,8 +203,11 @@ fn nodes(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
 
 /// What a node is.
 fn node_line(bag: &Bag, analysis: &Analysis, node: &BagNode) -> String {
-    let leaders = analysis.relations.leaders.iter().enumerate();
-    let twins: Vec<String> = leaders
+    let twins: Vec<String> = analysis
+        .relations
+        .leaders
+        .iter()
+        .enumerate()
         .filter(|(topic, leader)| **leader == node.topic && *topic != node.topic)
         .map(|(topic, _)| name(bag, topic))
         .collect();
@@ -271,8 +274,10 @@ fn chain(bag: &Bag, chain: &BagChain) -> String {
 /// The longest gaps.
 fn gaps(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
     const SHOWN: usize = 10;
-    let figures = analysis.figures.iter().enumerate();
-    let mut gaps: Vec<_> = figures
+    let mut gaps: Vec<_> = analysis
+        .figures
+        .iter()
+        .enumerate()
         .flat_map(|(topic, of)| of.gaps.iter().map(move |gap| (topic, *gap)))
         .collect();
     gaps.sort_by_key(|(topic, gap)| (std::cmp::Reverse(gap.length), *topic));

@@ -107,8 +107,7 @@ impl PeriodInForce {
     /// Returns the period for a tick at `time`. A change takes effect before any tick that is due
     /// with it.
     fn at(&self, time: Time) -> Duration {
-        let mut periods = self.periods.iter().rev();
-        let period = periods.find(|(from, _)| *from <= time);
+        let period = self.periods.iter().rev().find(|(from, _)| *from <= time);
         period.map_or(Duration::ZERO, |(_, period)| *period)
     }
 }

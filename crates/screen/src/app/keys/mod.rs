@@ -170,17 +170,21 @@ impl KeyTable {
             let mut rows = self.available(|_| true);
             rows.find(|row| row.names().next() == Some(*key))
         };
-        let rows = first.iter().filter_map(row);
-        rows.filter_map(KeyRow::hint).collect()
+        first
+            .iter()
+            .filter_map(row)
+            .filter_map(KeyRow::hint)
+            .collect()
     }
 
     /// Returns the rows, as `ratelab keys` prints them.
     pub fn text(&self, has: impl Fn(Need) -> bool) -> String {
-        let rows = self.rows(has).into_iter();
-        rows.fold(String::new(), |mut text, (keys, help)| {
-            let _ = writeln!(text, "{keys:<15} {help}");
-            text
-        })
+        self.rows(has)
+            .into_iter()
+            .fold(String::new(), |mut text, (keys, help)| {
+                let _ = writeln!(text, "{keys:<15} {help}");
+                text
+            })
     }
 }
 
