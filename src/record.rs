@@ -70,6 +70,10 @@ pub enum TopicRecord<'a> {
     },
     /// A link has delivered a message.
     Delivered {
+        /// Sequence number of the message.
+        seq: u64,
+        /// Run time of its arrival.
+        at: Time,
         /// Whether a newer one was there before, so that nobody reads this one.
         overtaken: bool,
     },
@@ -126,7 +130,8 @@ pub struct Head {
     /// Position in the topic's history, counted from zero.
     pub seq: u64,
     /// Time of the sensing that it was derived from, as the clock of the node that sensed shows it: the
-    /// header stamp. `None` if the data begin with this message.
+    /// header stamp. `None` if the data begin with this message, and the tick that published it takes
+    /// no time; after a tick that takes time, the begin of that tick.
     pub origin: Option<Time>,
     /// What it was derived from.
     pub from: Derived,

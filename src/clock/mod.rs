@@ -20,7 +20,10 @@ mod worker;
 
 pub use crate::{
     arrival::{Arrival, Wake},
-    control::inbox::{Received, Wait},
+    control::{
+        inbox::{Received, Wait},
+        writer::RunWriter,
+    },
     node::JobKind,
 };
 pub use obey::{Obeyed, Supervision, obey_at_rest};

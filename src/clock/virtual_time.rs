@@ -127,7 +127,7 @@ impl<'a> VirtualStretch<'a> {
     fn new(graph: &'a mut Graph, inbox: &'a mut Inbox, until: Time) -> Self {
         let now = graph.now();
         let states = || graph.schedule.states(now);
-        let is_late = states().any(|task| task.due < now && task.skips);
+        let is_late = states().any(|task| task.due < now && task.has_own_timer);
         let last_due = states().filter_map(|task| task.last_due).max();
         // Late nodes tick now, so this instant is partly done.
         let last_event = if is_late { Some(now) } else { last_due };

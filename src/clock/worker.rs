@@ -143,7 +143,7 @@ impl Worker<'_> {
     /// Number of ticks that keep a core busy at run time `now`.
     pub fn busy(&self, now: Time) -> usize {
         let schedule = self.schedule.peek();
-        schedule.states(now).filter(|task| task.busy).count()
+        schedule.states(now).filter(|task| task.spins).count()
     }
 
     /// Deadline of the running tick or the next one at `now`, if the node is alone and deadlines

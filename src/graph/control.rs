@@ -6,11 +6,7 @@ use super::{
 };
 use crate::{
     arrival::Arrival,
-    control::{
-        knob::Knob,
-        refusal::KnobRefusal,
-        state::{RunState, Status},
-    },
+    control::{knob::Knob, refusal::KnobRefusal, state::Status, writer::RunWriter},
     record::RecordSender,
     settings::draw::Draw,
     sync::Arc,
@@ -21,7 +17,7 @@ use crate::{
 /// The part of a graph that commands change and observers read: everything except the
 /// nodes, which may be away on their threads.
 pub(crate) struct ControlPlane {
-    pub(crate) state: Arc<RunState>,
+    pub(crate) state: RunWriter,
     /// That of the state, which its only writer reads without a lock.
     pub(crate) status: Status,
     pub(super) nodes: Vec<NodeTopology>,

@@ -27,6 +27,7 @@ use crate::{
         knob::Knob,
         refusal::KnobRefusal,
         state::{RunState, Status},
+        writer::RunWriter,
     },
     node::{Node, NodeSlot, Rebuild, Tick},
     qos::Depth,
@@ -134,7 +135,7 @@ impl Graph {
             slots: Vec::new(),
             schedule: Schedule::new(ClockKind::Virtual, Vec::new()),
             control: ControlPlane {
-                state: Arc::new(RunState::new(status)),
+                state: RunWriter::new(status),
                 status,
                 nodes: Vec::new(),
                 remote: Vec::new(),
@@ -246,7 +247,7 @@ impl Graph {
         let name = Arc::<str>::from(new.name);
         let member = new.member(name.clone(), index, intakes.len(), &ends);
         let trigger = match new.release {
-            Release::Every(_) => None,
+            Release::AtRate(_) => None,
             Release::On(matching) => Some(Trigger::new(matching, intakes)),
         };
         let rate = Rate::new(new.release.hz(), self.now());
@@ -265,6 +266,11 @@ impl Graph {
 
     /// The state of the run, for reading it from any thread.
     pub fn state(&self) -> Arc<RunState> {
+        self.control.state.state()
+    }
+
+    /// The writing end of that state: for clocks, and for what hears of nodes in other processes.
+    pub fn run_writer(&self) -> RunWriter {
         self.control.state.clone()
     }
 

@@ -12,8 +12,8 @@ pub(super) fn check(
     let name = new.name;
     match (&new.release, triggers) {
         (Release::On(_), []) => Err(GraphError::NoTrigger(name.to_owned())),
-        (Release::Every(_), [_, ..]) => Err(GraphError::TriggerAtRate(name.to_owned())),
-        (Release::Every(_), []) => Ok(()),
+        (Release::AtRate(_), [_, ..]) => Err(GraphError::TriggerAtRate(name.to_owned())),
+        (Release::AtRate(_), []) => Ok(()),
         (Release::On(_), triggers) => match graph.circle(name, triggers, publishes) {
             Some(circle) => Err(GraphError::TriggerCycle(circle)),
             None => Ok(()),

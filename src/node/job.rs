@@ -43,7 +43,7 @@ impl Job {
 
     /// Sets how late its tick begins, if that is known.
     #[must_use]
-    pub(crate) fn late(self, lateness: Option<Duration>) -> Self {
+    pub(crate) fn with_lateness(self, lateness: Option<Duration>) -> Self {
         let nanos = lateness.map(|late| u64::try_from(late.as_nanos()).unwrap_or(u64::MAX - 1));
         Self {
             lateness: nanos.unwrap_or(Self::UNKNOWN),

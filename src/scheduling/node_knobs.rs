@@ -5,7 +5,7 @@ use super::{
     timetable::{Member, SchedulerEvent},
 };
 use crate::{
-    control::{event::EventKind, knob::Knob, refusal::KnobRefusal, state::RunState},
+    control::{event::EventKind, knob::Knob, refusal::KnobRefusal, writer::RunWriter},
     node::{Fault, Flow, NodeCrash, NodeSlot, TickResult},
     record::NodeRecord,
     time::Time,
@@ -117,7 +117,7 @@ impl Schedule {
         node: usize,
         at: Time,
         outcome: TickResult,
-        state: &RunState,
+        state: &RunWriter,
     ) -> Result<Flow, Fault> {
         match outcome {
             Ok(flow) => Ok(flow),

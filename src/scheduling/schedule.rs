@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     arrival::Arrival,
-    control::{command::ClockKind, state::RunState},
+    control::{command::ClockKind, writer::RunWriter},
     journal::AfterEnd,
     node::{Fault, Flow, Job, JobKind, NodeSlot, TickResult, WorkTimes},
     time::Time,
@@ -184,7 +184,7 @@ impl Schedule {
     }
 
     /// The next job at run time `now`, which may be after the end of the run. This and what it calls
-    /// are one function, because every tick is handed through all of them: a quarter less a tick.
+    /// are inlined: that saves a quarter of the time of a tick.
     #[inline]
     pub(crate) fn next_job(&mut self, now: Time, after: Option<AfterEnd>) -> Option<Assignment> {
         let until = after.map_or(Time::MAX, |end| end.until);
@@ -237,7 +237,7 @@ impl Schedule {
         work: Assignment,
         times: WorkTimes,
         outcome: TickResult,
-        state: &RunState,
+        state: &RunWriter,
     ) -> Result<Flow, Fault> {
         let (job, missed_before) = (work.job, times.missed_before);
         if outcome.is_ok() || job.kind != JobKind::Begin {

@@ -61,7 +61,7 @@ pub(crate) struct Running {
     /// Run time of its end, while it has a core.
     pub(crate) ends: Time,
     /// Whether it keeps a core busy under the real clock.
-    busy: bool,
+    spins: bool,
     /// Time on a core that it needs, while it has none.
     suspended: Option<Duration>,
 }
@@ -110,17 +110,17 @@ impl Task {
     }
 
     /// Where it is, at run time `now`.
-    pub(crate) fn state(&self, skips: bool, now: Time) -> TaskState {
+    pub(crate) fn state(&self, has_own_timer: bool, now: Time) -> TaskState {
         let last = self.rate.last_due();
         TaskState {
             hz: self.rate.hz(),
             due: self.due(),
             last_due: last.map(|shown| self.when(shown)),
-            skips,
+            has_own_timer,
             crashed: self.crashed,
             remaining: self.running.map(|running| running.remaining(now)),
             deadline: None,
-            busy: self.running.is_some_and(|running| running.busy),
+            spins: self.running.is_some_and(|running| running.spins),
         }
     }
 }
@@ -209,7 +209,8 @@ impl Task {
         self.rate.skip_first();
     }
 
-    /// The first due time of its rate at `free` or later, after the next one.
+    /// The end of the tick that was taken: the next due time of its rate, or the first one from
+    /// `free` on.
     pub(crate) fn end_of_period(&self, free: Time) -> Time {
         let mut rate = self.rate.clone();
         rate.resume(rate.due().max(self.shows(free)));
@@ -231,9 +232,9 @@ impl Task {
 
 /// Ticks that take time.
 impl Task {
-    /// Duration of the next tick, which starts now, if one is set.
+    /// Draws the duration of the tick that starts now, and counts the tick; `None` if none is set.
     #[inline]
-    pub(crate) fn cost(&mut self) -> Option<Duration> {
+    pub(crate) fn draw_cost(&mut self) -> Option<Duration> {
         let number = self.number;
         self.number += 1;
         if !self.has_times {
@@ -264,7 +265,7 @@ impl Task {
     /// What its next tick begins with, which starts now.
     #[inline]
     pub(crate) fn next_job(&mut self, clock: ClockKind) -> JobKind {
-        match self.cost() {
+        match self.draw_cost() {
             Some(cost) if clock == ClockKind::Real || !cost.is_zero() => self.begins(cost),
             cost => JobKind::Tick {
                 is_instant: cost.is_some(),
@@ -282,11 +283,11 @@ impl Task {
     pub(crate) fn begin(&mut self, began: Time) -> Time {
         self.has_times = true;
         let ends = began + self.next_takes;
-        let (busy, suspended) = (self.takes.busy, None);
+        let (spins, suspended) = (self.takes.busy, None);
         self.running = Some(Running {
             began,
             ends,
-            busy,
+            spins,
             suspended,
         });
         ends
@@ -334,14 +335,14 @@ impl Task {
 /// Its knobs.
 impl Task {
     /// Checks that it has this knob, and that the value is complete.
-    pub(crate) fn check(&self, knob: &Knob, own: bool) -> Result<(), KnobRefusal> {
+    pub(crate) fn check(&self, knob: &Knob, has_thread: bool) -> Result<(), KnobRefusal> {
         let name = || self.name.to_string();
         let of_thread = |kind: KnobKind| kind == KnobKind::Late || kind.sets(TickTiming::Start);
         match knob.kind() {
             KnobKind::Rate | KnobKind::Offset | KnobKind::Late if self.is_triggered() => {
                 Err(KnobRefusal::Triggered(name()))
             }
-            kind if !own && of_thread(kind) => Err(KnobRefusal::NoThread(name())),
+            kind if !has_thread && of_thread(kind) => Err(KnobRefusal::NoThread(name())),
             _ => match knob.draw().and_then(Draw::missing) {
                 Some(measured) => Err(KnobRefusal::NotLoaded(measured.file().to_owned())),
                 None => Ok(()),

@@ -167,12 +167,13 @@ impl<T: Payload> Queue<T> {
             return;
         };
         while let Some((at, message)) = transit.arrived(now) {
-            let overtaken = message.seq < transit.next_delivered;
+            let seq = message.seq;
+            let overtaken = seq < transit.next_delivered;
             if !overtaken {
-                transit.next_delivered = message.seq + 1;
+                transit.next_delivered = seq + 1;
                 self.push(message, at);
             }
-            self.send_record(|| TopicRecord::Delivered { overtaken });
+            self.send_record(|| TopicRecord::Delivered { seq, at, overtaken });
         }
         self.transit = Some(transit);
     }

@@ -25,7 +25,7 @@ use std::{
 use crossbeam_channel::Sender;
 use ratelab::{
     Clock, ClockExit, ClockKind, Command, Fault, Graph, Head, Inbox, Interrupt, Knob, KnobRefusal,
-    TimedCommand, TimedKnob, run, sync::lock,
+    TimedCommand, TimedKnob, clock::RunWriter, run, sync::lock,
 };
 use ratelab_metrics::{Observer, Rows, TapHandle};
 use ratelab_re_execution::RunLog;
@@ -232,6 +232,11 @@ impl Experiment {
     /// Reads the graph while it runs.
     pub fn observer(&self) -> Observer {
         Observer::new(&self.graph)
+    }
+
+    /// Writes the state of the run, for what hears of nodes in other processes.
+    pub fn run_writer(&self) -> RunWriter {
+        self.graph.run_writer()
     }
 
     /// Taps the graph, before and during its run.

@@ -97,7 +97,7 @@ impl TopicAccount {
     pub(crate) fn add(&mut self, record: &TopicRecord<'_>) {
         match record {
             TopicRecord::Sent { head, link, .. } => self.send(head, *link),
-            TopicRecord::Delivered { overtaken } => {
+            TopicRecord::Delivered { overtaken, .. } => {
                 self.delivered += 1;
                 self.overtaken += u64::from(*overtaken);
             }

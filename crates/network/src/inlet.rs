@@ -157,6 +157,7 @@ mod tests {
             sender: Mutex::default(),
             times: Arc::new(Times::new(
                 Observer::new(&graph),
+                graph.run_writer(),
                 Arc::default(),
                 wrong_clocks,
             )),

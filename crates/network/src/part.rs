@@ -51,8 +51,12 @@ impl LocalPart {
         let offsets = Arc::default();
         let mut own = Info::new(experiment, here);
         let wrong = own.has_wrong_clocks();
-        let times = Times::new(experiment.observer(), Arc::clone(&offsets), wrong);
-        let times = Arc::new(times);
+        let times = Arc::new(Times::new(
+            experiment.observer(),
+            experiment.run_writer(),
+            Arc::clone(&offsets),
+            wrong,
+        ));
         let inlets = inlets(&own, &experiment.taps(), &times, arrivals)?;
         let session = settings.open()?;
         own.incarnation = settings.number(&session)?;

@@ -5,7 +5,7 @@ use std::{
     sync::{Arc, Mutex, OnceLock},
 };
 
-use ratelab::{Time, sync::lock};
+use ratelab::{Time, clock::RunWriter, sync::lock};
 use ratelab_metrics::Observer;
 
 use crate::{
@@ -18,6 +18,8 @@ use crate::{
 pub struct Times {
     /// Reads the run.
     pub(crate) observer: Observer,
+    /// Logs what is heard of other processes.
+    pub(crate) run: RunWriter,
     /// The moment of run time zero, once known.
     zero: OnceLock<Nanos>,
     pub(crate) offsets: Arc<Offsets>,
@@ -29,10 +31,17 @@ pub struct Times {
 }
 
 impl Times {
-    /// Creates the times of the run that `observer` reads, with `wrong_clocks` or without.
-    pub(crate) fn new(observer: Observer, offsets: Arc<Offsets>, wrong_clocks: bool) -> Self {
+    /// Creates the times of the run that `observer` reads and `run` writes, with `wrong_clocks` or
+    /// without.
+    pub(crate) fn new(
+        observer: Observer,
+        run: RunWriter,
+        offsets: Arc<Offsets>,
+        wrong_clocks: bool,
+    ) -> Self {
         Self {
             observer,
+            run,
             zero: OnceLock::new(),
             offsets,
             wrong_clocks,

@@ -102,8 +102,8 @@ impl PresenceWatch {
     }
 
     fn note(&self, now: Time, node: &str, present: bool, what: &str) {
-        let observer = &self.part.times.observer;
-        observer.note_presence(now, node, present, what);
+        let run = &self.part.times.run;
+        run.note_presence(now, node, present, what);
         (self.notice)(&format!("{now}: {node}: {what}"));
     }
 }

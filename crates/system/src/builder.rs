@@ -271,7 +271,7 @@ impl<'a> Builder<'a> {
     /// The initial release of `node`: at the rate that is set, or else as in `usual`.
     fn release(&self, node: &str, usual: Release) -> Release {
         match (usual, self.setup.rate(node)) {
-            (Release::Every(_), Some(hz)) => hz.into(),
+            (Release::AtRate(_), Some(hz)) => hz.into(),
             (usual, _) => usual,
         }
     }

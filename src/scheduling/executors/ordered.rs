@@ -42,8 +42,8 @@ pub(crate) trait CallbackOrder: Send {
     /// Forgets all of a node.
     fn forget(&mut self, member: usize);
 
-    /// Forgets that the timer of a node is due, if the call would have set its next due
-    /// time: that has changed.
+    /// Hears that the next due time of a node has changed. An order whose timers do not queue
+    /// forgets that the timer is due.
     fn reschedule(&mut self, _member: usize) {}
 }
 
@@ -203,7 +203,7 @@ impl Ordered {
             return None;
         };
         let kind = self.tasks[member].next_job(timetable.clock());
-        Some(Job::new(member, kind).late(Some(now.since(due))))
+        Some(Job::new(member, kind).with_lateness(Some(now.since(due))))
     }
 
     /// Due time of the timer that is called now. Where due times do not wait in line, due times that

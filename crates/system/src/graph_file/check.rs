@@ -190,7 +190,7 @@ fn node(block: &Block, divided: Option<Hz>, all: &mut Vec<PlacedKnob>) -> Checke
     }
     let release = match (rate, block.at("match")) {
         (None, _) => matching(block, &triggers)?.into(),
-        (Some(hz), None) => Release::Every(hz),
+        (Some(hz), None) => Release::AtRate(hz),
         (Some(_), Some(at)) => {
             let what = format!("{:?} ticks at a rate: leave match out", block.name.text);
             return refuse(at, what);

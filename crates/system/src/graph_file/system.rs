@@ -153,7 +153,7 @@ fn usual_age(file: &GraphFile, chain: &ChainSpec) -> f64 {
         .iter()
         .filter(|node| chain.place(&node.name).is_some())
         .map(|node| match node.release {
-            Release::Every(hz) => hz.period().as_secs_f64() * 1e3,
+            Release::AtRate(hz) => hz.period().as_secs_f64() * 1e3,
             Release::On(_) => 0.0,
         });
     match 2.0 * periods.sum::<f64>() {
