@@ -19,6 +19,81 @@ use crate::{
 /// Gets the records of a run, on the threads of its nodes: it must be quick, and must not
 /// publish, read or set a knob. Nodes and topics are named by their indices in the
 /// [`Topology`](crate::Topology).
+///
+/// A camera takes 5 ms from reading to publishing, and a link of 3 ms carries its image to a detector that
+/// the image triggers. These are all records of it:
+///
+/// ```
+/// use std::sync::{Arc, Mutex};
+/// use ratelab::{
+///     Clock, Depth, Graph, Hz, Inbox, Match, NodeRecord, Release, Sink, Tick, Time, Topic,
+///     TopicRecord, VirtualClock,
+/// };
+///
+/// #[derive(Default)]
+/// struct Lines(Mutex<Vec<String>>);
+///
+/// impl Lines {
+///     fn add(&self, line: String) {
+///         self.0.lock().unwrap().push(line);
+///     }
+/// }
+///
+/// impl Sink for Lines {
+///     fn node(&self, node: usize, record: &NodeRecord) {
+///         let name = ["camera", "detector"][node];
+///         match record {
+///             NodeRecord::Began(at) => self.add(format!("{name} began at {at}")),
+///             NodeRecord::Ended => self.add(format!("{name} ended")),
+///             NodeRecord::Ticked(times) => {
+///                 let ends = times.ends.unwrap_or(Time::MAX);
+///                 self.add(format!("{name} ticked from {} to {ends}", times.at));
+///             }
+///             other => self.add(format!("{name} {other:?}")),
+///         }
+///     }
+///
+///     fn topic(&self, _: usize, record: &TopicRecord<'_>) {
+///         self.add(match record {
+///             TopicRecord::Sent { head, .. } => {
+///                 let arrives = head.arrives.unwrap_or(Time::MAX);
+///                 format!("image sent at {}, arrives at {arrives}", head.at)
+///             }
+///             TopicRecord::Delivered { at, .. } => format!("image delivered at {at}"),
+///             TopicRecord::Matched { .. } => "image matched".to_owned(),
+///             TopicRecord::Read { age, .. } => format!("image read, {} ms old", age.as_millis()),
+///             other => format!("image {other:?}"),
+///         });
+///     }
+/// }
+///
+/// let (image, mut graph) = (Topic::new("/image", Depth::ONE), Graph::new());
+/// graph.node("camera", Hz::new(10.0)?, 0, |wiring| {
+///     let image = wiring.publisher(&image);
+///     move |tick: &mut Tick| { tick.publish(&image, ()); }
+/// })?;
+/// graph.node("detector", Release::On(Match::Each), 1, |wiring| {
+///     let mut image = wiring.trigger(&image);
+///     move |tick: &mut Tick| { tick.read(&mut image); }
+/// })?;
+/// graph.set(&"takes camera 5".parse()?)?;
+/// graph.set(&"link /image delay:3".parse()?)?;
+/// let lines = Arc::new(Lines::default());
+/// graph.sink_or(|| lines.clone());
+/// VirtualClock.run(&mut graph, &mut Inbox::default(), Time::from_secs_f64(0.05)?)?;
+///
+/// assert_eq!(*lines.0.lock().unwrap(), [
+///     "camera began at 0.000 s",
+///     "image sent at 0.005 s, arrives at 0.008 s",
+///     "camera ended",
+///     "camera ticked from 0.000 s to 0.005 s",
+///     "image delivered at 0.008 s",
+///     "image matched",
+///     "image read, 3 ms old",
+///     "detector ticked from 0.008 s to 0.008 s",
+/// ]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait Sink: Any + Send + Sync {
     /// Takes a record of a node.
     fn node(&self, node: usize, record: &NodeRecord);
