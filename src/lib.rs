@@ -55,7 +55,7 @@
 //! |---|---|---|
 //! | view of a run: figures, copies of messages | a [`Sink`] | `crates/metrics` |
 //! | clock | a [`Clock`]: it takes the [`TaskSets`](clock::TaskSets) of a graph, and [`Wake`](clock::Wake) hears of arrivals | `crates/real-clock`, `crates/re-execution` |
-//! | loss or delay of a link (no duplicates) | a row of `PARTS` in `settings/link.rs` with a field of `Link`, its errors in `settings/error.rs`, and `LinkChannel` in `topic/link_channel.rs`: what is lost in `time_lost`, when the rest arrives in `deliver_at` | `burst` there |
+//! | loss or delay of a link (no duplicates) | a row of `PARTS` in `settings/link.rs` with a field of `Link`, and `LinkChannel` in `topic/link_channel.rs`: what is lost in `time_lost`, when the rest arrives in `deliver_at` | `burst` there |
 //! | distribution of durations | `settings/draw.rs`: costs and lateness have it at once, links too unless it needs a file | `Uniform` there |
 //! | order of callbacks in an executor | a file in `scheduling/executors/`, named in `mod.rs` there, and a row of `KINDS` in `executor.rs` there | `events.rs` |
 //! | rule for messages of several topics | `settings/matching.rs` for its text, `trigger/matcher.rs` for the rule | `Stamped` there |
@@ -155,7 +155,7 @@ pub use settings::{
     digest::{Digest, DigestError},
     draw::{Draw, Measurements},
     error::SettingError,
-    link::{Burst, Link},
+    link::{Burst, Link, LinkError},
     local_clock::ClockError,
     matching::Match,
     overrun::Overrun,
