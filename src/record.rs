@@ -231,7 +231,7 @@ pub enum Derived {
 }
 
 impl Derived {
-    /// The message, where it was derived from one alone.
+    /// Returns the message, where it was derived from one alone.
     pub fn message(self) -> Option<MessageId> {
         match self {
             Self::Message(message) => Some(message),
@@ -292,18 +292,18 @@ pub(crate) struct RecordSender {
 }
 
 impl RecordSender {
-    /// The sender of node or topic number `index`.
+    /// Returns the sender of node or topic number `index`.
     pub(crate) fn for_index(&self, index: usize) -> Self {
         let sink = self.sink.clone();
         Self { sink, index }
     }
 
-    /// Index of the node or topic.
+    /// Returns the index of the node or topic.
     pub(crate) fn index(&self) -> usize {
         self.index
     }
 
-    /// Whether anybody looks on.
+    /// Returns whether anybody looks on.
     pub(crate) fn is_heard(&self) -> bool {
         self.sink.get().is_some()
     }
@@ -324,7 +324,7 @@ impl RecordSender {
         }
     }
 
-    /// The sink, or else what `make` returns from now on.
+    /// Returns the sink, or else what `make` returns from now on.
     pub(crate) fn sink_or(&self, make: impl FnOnce() -> Arc<dyn Sink>) -> Arc<dyn Sink> {
         self.sink.get_or_init(make).clone()
     }

@@ -66,19 +66,19 @@ impl<'g> SharedSchedule<'g> {
         }
     }
 
-    /// Its task set, with the turns of its threads.
+    /// Returns its task set, with the turns of its threads.
     pub(crate) fn into_task_set(self) -> Option<TaskSet> {
         let turns = self.schedule.turns();
         let task_set = self.schedule.peek().take_task_sets().pop()?;
         Some(TaskSet { turns, ..task_set })
     }
 
-    /// Whether several threads share the schedule, in turns.
+    /// Returns whether several threads share the schedule, in turns.
     pub(crate) fn is_shared(&self) -> bool {
         self.threads > 1
     }
 
-    /// The schedule, for a turn of a thread.
+    /// Returns the schedule, for a turn of a thread.
     pub(crate) fn turn(&self) -> SharedGuard<'_, Schedule> {
         if self.is_shared() {
             self.schedule.lock()
@@ -87,7 +87,7 @@ impl<'g> SharedSchedule<'g> {
         }
     }
 
-    /// The schedule, for a look.
+    /// Returns the schedule, for a look.
     pub(crate) fn peek(&self) -> SharedGuard<'_, Schedule> {
         self.schedule.peek()
     }

@@ -52,8 +52,8 @@ pub struct ThreadGroup<'c> {
 }
 
 impl Graph {
-    /// The task sets of the graph, each for threads in the hands of the caller, and what is left
-    /// without them.
+    /// Returns the task sets of the graph, each for threads in the hands of the caller, and what is
+    /// left without them.
     pub fn apart(&mut self) -> (TaskSets<'_>, Supervision<'_>) {
         let now = self.now();
         self.schedule.leave();
@@ -79,7 +79,7 @@ impl Graph {
 }
 
 impl TaskSets<'_> {
-    /// A task set, or one for each node if each has a thread of its own, with the claims.
+    /// Returns a task set, or one for each node if each has a thread of its own, with the claims.
     fn split(&mut self, task_set: TaskSet) -> Vec<(TaskSet, Option<CoreClaim>)> {
         let threads = task_set.threads();
         let (Some(team), Some(Threads::Cores(cores))) = (task_set.team.clone(), threads) else {
@@ -111,7 +111,7 @@ impl TaskSets<'_> {
             .for_each(|arrival| wake.wake(arrival));
     }
 
-    /// The threads of the task sets that have some here.
+    /// Returns the threads of the task sets that have some here.
     pub fn groups(&self) -> Vec<ThreadGroup<'_>> {
         self.all
             .iter()
@@ -121,7 +121,7 @@ impl TaskSets<'_> {
     }
 }
 
-/// The threads of a task set.
+/// Returns the threads of a task set.
 fn group<'c>(schedule: &'c SharedSchedule<'c>) -> ThreadGroup<'c> {
     let held = schedule.peek();
     let mut names = held.members().map(|member| member.name.clone());

@@ -63,23 +63,23 @@ pub struct RunState {
 }
 
 impl RunState {
-    /// Run time of the last tick or command.
+    /// Returns the run time of the last tick or command.
     pub fn now(&self) -> Time {
         Time::from_nanos(self.now.load(Ordering::Relaxed))
     }
 
-    /// The state of the graph's clock.
+    /// Returns the state of the graph's clock.
     pub fn status(&self) -> Status {
         *lock(&self.status)
     }
 
-    /// The moment of run time zero under the real clock; `None` in virtual time, before
+    /// Returns the moment of run time zero under the real clock; `None` in virtual time, before
     /// the run and during a pause.
     pub fn zero(&self) -> Option<Instant> {
         *lock(&self.zero)
     }
 
-    /// Whether run time may wait for observers: wall time must not, but virtual time may.
+    /// Returns whether run time may wait for observers: wall time must not, but virtual time may.
     pub fn waits(&self) -> bool {
         self.waits.load(Ordering::Relaxed)
     }
@@ -89,7 +89,7 @@ impl RunState {
         self.events.peek().iter().skip(first).cloned().collect()
     }
 
-    /// The journal of the run; if it has none, what `make` returns from now on.
+    /// Returns the journal of the run; if it has none, what `make` returns from now on.
     pub fn journal_or(&self, make: impl FnOnce() -> Arc<dyn Journal>) -> Arc<dyn Journal> {
         self.journal.get_or_init(make).clone()
     }

@@ -33,7 +33,7 @@ impl Deref for RunWriter {
 }
 
 impl RunWriter {
-    /// A run at its beginning.
+    /// Creates a run at its beginning.
     pub fn new(status: Status) -> Self {
         Self(Arc::new(RunState {
             now: AtomicU64::new(0),
@@ -45,7 +45,7 @@ impl RunWriter {
         }))
     }
 
-    /// The state, for readers.
+    /// Returns the state, for readers.
     pub fn state(&self) -> Arc<RunState> {
         self.0.clone()
     }
@@ -131,7 +131,7 @@ impl RunWriter {
         }
     }
 
-    /// The entries of thread number `thread`: that which supervises, then the nodes.
+    /// Returns the entries of thread number `thread`: that which supervises, then the nodes.
     pub fn entries_of(&self, thread: usize) -> Entries {
         let journal = self.journal.get();
         Entries::new(journal.map(|journal| journal.thread(thread)))

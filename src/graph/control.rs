@@ -72,17 +72,17 @@ impl ControlPlane {
         known.ok_or_else(|| unknown("node", name, names))
     }
 
-    /// Name of the node with this index.
+    /// Returns the name of the node with this index.
     pub(crate) fn name(&self, node: usize) -> &str {
         &self.nodes[node].name
     }
 
-    /// Whether some of the nodes run in other processes.
+    /// Returns whether some of the nodes run in other processes.
     pub(crate) fn is_part(&self) -> bool {
         self.remote.contains(&true)
     }
 
-    /// The index of a node called `name` that runs here.
+    /// Returns the index of a node called `name` that runs here.
     ///
     /// # Errors
     /// The reason, with the available alternatives.
@@ -127,8 +127,8 @@ impl ControlPlane {
             .for_each(|topic| topic.topic.deliver(now));
     }
 
-    /// The messages in flight on all topics that arrive after `now`, for the nodes that they
-    /// trigger, in the order of arrival.
+    /// Returns the messages in flight on all topics that arrive after `now`, for the nodes that
+    /// they trigger, in the order of arrival.
     pub(crate) fn arrivals_after(&self, now: Time) -> Vec<Arrival> {
         let mut arrivals: Vec<Arrival> = self
             .topics
@@ -174,7 +174,7 @@ impl ControlPlane {
     }
 }
 
-/// The refusal of an unknown name of a `kind`, with the known names.
+/// Returns the refusal of an unknown name of a `kind`, with the known names.
 fn unknown<'n>(
     kind: &'static str,
     name: &str,

@@ -22,8 +22,8 @@ pub(super) fn check(
 }
 
 impl ControlPlane {
-    /// The way from the topics that a new node publishes to the topics that trigger it, through
-    /// nodes that messages trigger.
+    /// Returns the way from the topics that a new node publishes to the topics that trigger it,
+    /// through nodes that messages trigger.
     fn circle(&self, name: &str, triggers: &[usize], publishes: &[usize]) -> Option<String> {
         // Each topic to look at, with the node that led there.
         let mut ways: Vec<(usize, Option<usize>)> =
@@ -49,7 +49,7 @@ impl ControlPlane {
         None
     }
 
-    /// The names of the nodes on the way that ends at node `last`.
+    /// Returns the names of the nodes on the way that ends at node `last`.
     fn way(&self, name: &str, last: Option<usize>, led: &[Option<Option<usize>>]) -> String {
         let (mut names, mut next) = (vec![name], last);
         while let Some(node) = next {

@@ -57,7 +57,7 @@ impl Own {
         }
     }
 
-    /// A node whose ticks last to the end of their period.
+    /// Creates a node whose ticks last to the end of their period.
     pub(crate) fn new_let(task: Task) -> Self {
         Self {
             is_let: true,
@@ -65,7 +65,7 @@ impl Own {
         }
     }
 
-    /// Run time until which no other tick can start; `None` if it is free.
+    /// Returns the run time until which no other tick can start; `None` if it is free.
     fn busy_until(&self) -> Option<Time> {
         self.waiting
             .map(|waiting| waiting.starts + Time::RESOLUTION)
@@ -155,7 +155,7 @@ impl Own {
         due.map(|due| self.job(due, timetable))
     }
 
-    /// The begin of the tick that was `due`.
+    /// Returns the begin of the tick that was `due`.
     #[inline]
     fn job(&mut self, due: Time, timetable: &Timetable<'_>) -> Job {
         let now = timetable.now();
@@ -234,7 +234,7 @@ impl Own {
         None
     }
 
-    /// Where the node is in its schedule at run time `now`.
+    /// Returns where the node is in its schedule at run time `now`.
     pub(crate) fn state(&self, now: Time) -> TaskState {
         self.task.state(!self.task.is_triggered(), now)
     }

@@ -48,7 +48,7 @@ pub enum Release {
 }
 
 impl Release {
-    /// The matching of its triggers.
+    /// Returns the matching of its triggers.
     pub(crate) fn matching(&self) -> Match {
         match self {
             Self::AtRate(_) => Match::Each,
@@ -56,7 +56,7 @@ impl Release {
         }
     }
 
-    /// The rate; the lowest one for a node that has no use for it.
+    /// Returns the rate; the lowest one for a node that has no use for it.
     pub(crate) fn hz(&self) -> Hz {
         match self {
             Self::AtRate(hz) => *hz,

@@ -67,14 +67,15 @@ pub(crate) struct Running {
 }
 
 impl Running {
-    /// Time on a core that it needs from `now` on.
+    /// Returns the time on a core that it needs from `now` on.
     pub(crate) fn remaining(&self, now: Time) -> Duration {
         self.suspended.unwrap_or_else(|| self.ends.since(now))
     }
 }
 
 impl Task {
-    /// The node called `name`, in a run with this `seed`: at a rate, unless messages trigger it.
+    /// Creates the node called `name`, in a run with this `seed`: at a rate, unless messages
+    /// trigger it.
     pub(crate) fn new(name: Arc<str>, seed: u64, rate: Rate, trigger: Option<Trigger>) -> Self {
         Self {
             name,
@@ -97,19 +98,19 @@ impl Task {
         }
     }
 
-    /// Whether messages trigger it.
+    /// Returns whether messages trigger it.
     #[inline]
     pub(crate) fn is_triggered(&self) -> bool {
         self.trigger.is_some()
     }
 
-    /// Whether its last callback goes on with another set of its message.
+    /// Returns whether its last callback goes on with another set of its message.
     pub(crate) fn goes_on(&self) -> bool {
         let is_free = !self.crashed && self.running.is_none();
         is_free && self.trigger.as_ref().is_some_and(Trigger::has_sets)
     }
 
-    /// Where it is, at run time `now`.
+    /// Returns where it is, at run time `now`.
     pub(crate) fn state(&self, has_own_timer: bool, now: Time) -> TaskState {
         let last = self.rate.last_due();
         TaskState {
@@ -194,12 +195,12 @@ impl Task {
         room
     }
 
-    /// The first due time in wait, which is called now.
+    /// Returns the first due time in wait, which is called now.
     pub(crate) fn queued_timer(&mut self) -> Option<Time> {
         Some(self.backlog.pop_front()?.0)
     }
 
-    /// The due times in wait, each with the one after it.
+    /// Returns the due times in wait, each with the one after it.
     pub(crate) fn queued_timers(&self) -> impl ExactSizeIterator<Item = (Time, Time)> {
         self.backlog.iter().copied()
     }
@@ -209,7 +210,8 @@ impl Task {
         self.rate.skip_first();
     }
 
-    /// The end of the tick that was taken: the next due time of its rate, or the first one from
+    /// Returns the end of the tick that was taken: the next due time of its rate, or the first one
+    /// from
     /// `free` on.
     pub(crate) fn end_of_period(&self, free: Time) -> Time {
         let mut rate = self.rate.clone();
@@ -217,13 +219,13 @@ impl Task {
         self.when(rate.due())
     }
 
-    /// The run time at which its clock shows `shown`.
+    /// Returns the run time at which its clock shows `shown`.
     #[inline]
     fn when(&self, shown: Time) -> Time {
         self.clock.map_or(shown, |clock| clock.when(shown))
     }
 
-    /// What its clock shows first at a run time.
+    /// Returns what its clock shows first at a run time.
     fn shows(&self, time: Time) -> Time {
         self.clock
             .map_or(time, |clock| clock.first_reading_at(time))
@@ -262,7 +264,7 @@ impl Task {
         }
     }
 
-    /// What its next tick begins with, which starts now.
+    /// Returns what its next tick begins with, which starts now.
     #[inline]
     pub(crate) fn next_job(&mut self, clock: ClockKind) -> JobKind {
         match self.draw_cost() {
@@ -273,7 +275,7 @@ impl Task {
         }
     }
 
-    /// What a tick begins with that `takes` run time.
+    /// Returns what a tick begins with that `takes` run time.
     pub(crate) fn begins(&mut self, takes: Duration) -> JobKind {
         self.next_takes = takes;
         JobKind::Begin
@@ -309,7 +311,7 @@ impl Task {
         Some(running.ends)
     }
 
-    /// Whether its running tick is over at `now`.
+    /// Returns whether its running tick is over at `now`.
     pub(crate) fn is_over(&self, now: Time) -> bool {
         self.running.is_some_and(|running| running.ends <= now)
     }

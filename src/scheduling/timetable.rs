@@ -128,19 +128,19 @@ pub(crate) struct Timetable<'a> {
 }
 
 impl Timetable<'_> {
-    /// Run time.
+    /// Returns the run time.
     #[inline]
     pub(crate) fn now(&self) -> Time {
         self.now
     }
 
-    /// The clock that runs the nodes.
+    /// Returns the clock that runs the nodes.
     #[inline]
     pub(crate) fn clock(&self) -> ClockKind {
         self.clock
     }
 
-    /// Whether the end of the run has passed, so that only nodes tick that were due before.
+    /// Returns whether the end of the run has passed, so that only nodes tick that were due before.
     pub(crate) fn is_over(&self) -> bool {
         self.over
     }

@@ -43,8 +43,8 @@ impl Chance<'_> {
     }
 }
 
-/// The standard normal quantile of a probability `p` between 0 and 1, by Wichura's algorithm AS 241
-/// (PPND16), accurate to about one part in 10¹⁶.
+/// Returns the standard normal quantile of a probability `p` between 0 and 1, by Wichura's
+/// algorithm AS 241 (PPND16), accurate to about one part in 10¹⁶.
 pub(crate) fn normal_quantile(p: f64) -> f64 {
     let q = p - 0.5;
     if q.abs() <= 0.425 {

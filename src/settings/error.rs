@@ -2,10 +2,7 @@
 
 use thiserror::Error;
 
-use super::{
-    digest::{Digest, DigestError},
-    link::LinkError,
-};
+use super::digest::{Digest, DigestError};
 use crate::{millis::MillisError, qos::DepthError};
 
 /// The largest offset of a clock (ms): eleven and a half days.
@@ -77,9 +74,6 @@ pub enum SettingError {
     /// Not an overrun policy.
     #[error("{0:?} is not an overrun policy: expected skip, catch-up or queue:N")]
     Overrun(String),
-    /// Not a link.
-    #[error(transparent)]
-    Link(#[from] LinkError),
     /// Not a way to match messages.
     #[error(
         "{0:?} is not a way to match messages: expected each, every:SETS, exact:QUEUE, approximate:QUEUE or \

@@ -5,7 +5,7 @@ use std::{fmt, str::FromStr, time::Duration};
 use thiserror::Error;
 
 use super::{draw::Draw, error::SettingError};
-use crate::millis;
+use crate::millis::{self, MillisError};
 
 /// The longest mean length of a burst (messages).
 const MAX_BURST: f64 = 1e9;
@@ -41,13 +41,19 @@ pub enum LinkError {
     /// A link that sends lost messages again, and loses all.
     #[error("a reliable link never delivers at loss:1: expected less than 1")]
     NeverDelivers,
+    /// Not an interval.
+    #[error(transparent)]
+    Millis(#[from] MillisError),
+    /// A delay with a factor that makes no durations.
+    #[error(transparent)]
+    Factor(#[from] SettingError),
 }
 
 /// A part of a link as text.
 struct LinkPart {
     name: &'static str,
     /// Sets it to this value.
-    set: fn(&mut Link, &str) -> Result<(), SettingError>,
+    set: fn(&mut Link, &str) -> Result<(), LinkError>,
     /// Its value; `None` for a link without it.
     value: fn(&Link) -> Option<String>,
     /// Number of commas in a value that begins like this text.
@@ -67,7 +73,7 @@ static PARTS: [LinkPart; 5] = [
         name: "in-order",
         set: |link, value| {
             link.in_order = value.is_empty();
-            let refused = || LinkError::Part(format!("in-order:{value}")).into();
+            let refused = || LinkError::Part(format!("in-order:{value}"));
             link.in_order.then_some(()).ok_or_else(refused)
         },
         value: |link| link.in_order.then(String::new),
@@ -116,7 +122,7 @@ static PARTS: [LinkPart; 5] = [
 /// let link: Link = "loss:0.2,delay:lognormal:10,50,in-order".parse()?;
 /// assert_eq!(link.to_string(), "delay:lognormal:10,50,in-order,loss:0.2");
 /// assert!("loss:1,reliable:40".parse::<Link>().is_err());
-/// # Ok::<(), ratelab::SettingError>(())
+/// # Ok::<(), ratelab::LinkError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
@@ -151,7 +157,7 @@ impl Link {
         reliable: None,
     };
 
-    /// The delay (ms), if it is always the same.
+    /// Returns the delay (ms), if it is always the same.
     pub fn delay_ms(&self) -> Option<f64> {
         match self.delay {
             Draw::Constant(delay) => Some(millis::to_millis(delay)),
@@ -162,8 +168,8 @@ impl Link {
     /// This link with another `part`, such as `delay:30`.
     ///
     /// # Errors
-    /// [`SettingError`] for an unknown part or an impossible link.
-    pub fn with(&self, part: &str) -> Result<Self, SettingError> {
+    /// [`LinkError`] for an unknown part or an impossible link.
+    pub fn with(&self, part: &str) -> Result<Self, LinkError> {
         let mut link = self.clone();
         let (name, value) = part.split_once(':').unwrap_or((part, ""));
         link.add(name, value)?;
@@ -171,20 +177,20 @@ impl Link {
     }
 
     /// Adds the part called `name`.
-    fn add(&mut self, name: &str, value: &str) -> Result<(), SettingError> {
+    fn add(&mut self, name: &str, value: &str) -> Result<(), LinkError> {
         let part = PARTS.iter().find(|part| part.name == name);
         let known = part.ok_or_else(|| LinkError::Part(name.to_owned()))?;
         (known.set)(self, value)
     }
 }
 
-fn delay(value: &str) -> Result<Draw, SettingError> {
+fn delay(value: &str) -> Result<Draw, LinkError> {
     match value.parse() {
         Ok(Draw::Measured(measured)) if measured.is_recorded() => {
-            Err(LinkError::Delay(value.to_owned()).into())
+            Err(LinkError::Delay(value.to_owned()))
         }
-        Err(error @ SettingError::Factor(_)) => Err(error),
-        Err(_) => Err(LinkError::Delay(value.to_owned()).into()),
+        Err(error @ SettingError::Factor(_)) => Err(error.into()),
+        Err(_) => Err(LinkError::Delay(value.to_owned())),
         Ok(draw) => Ok(draw),
     }
 }
@@ -240,23 +246,23 @@ impl fmt::Display for Link {
 }
 
 impl FromStr for Link {
-    type Err = SettingError;
+    type Err = LinkError;
 
-    fn from_str(text: &str) -> Result<Self, SettingError> {
+    fn from_str(text: &str) -> Result<Self, LinkError> {
         let (mut link, mut names) = (Self::NONE, Vec::new());
         let mut rest = Some(text.trim()).filter(|text| *text != "none");
         while let Some(list) = rest {
             let (part, others) = first_part(list.trim_start());
             let (name, value) = part.split_once(':').unwrap_or((part, ""));
             if names.contains(&name) {
-                return Err(LinkError::PartTwice(name.to_owned()).into());
+                return Err(LinkError::PartTwice(name.to_owned()));
             }
             link.add(name, value)?;
             names.push(name);
             rest = others;
         }
         if link.reliable.is_some() && link.loss >= 1.0 {
-            return Err(LinkError::NeverDelivers.into());
+            return Err(LinkError::NeverDelivers);
         }
         Ok(link)
     }

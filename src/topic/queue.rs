@@ -58,7 +58,7 @@ pub(super) struct Queue<T> {
 }
 
 impl<T: Payload> Queue<T> {
-    /// An empty one.
+    /// Creates an empty one.
     pub(super) fn new(depth: Depth) -> Self {
         Self {
             messages: VecDeque::new(),
@@ -178,7 +178,7 @@ impl<T: Payload> Queue<T> {
         self.transit = Some(transit);
     }
 
-    /// The newest message, and what its record holds.
+    /// Returns the newest message, and what its record holds.
     pub(super) fn newest(&self) -> Option<(&Message<T>, Head)> {
         let (message, arrives) = match &self.transit {
             Some(transit) => transit.newest.as_ref().map(|(m, at)| (m, *at))?,
@@ -227,7 +227,7 @@ impl<T> Queue<T> {
         self.messages.push_back((message, now));
     }
 
-    /// The message that a reader reads next.
+    /// Returns the message that a reader reads next.
     #[inline]
     pub(super) fn to_read(&self, reader: usize) -> Option<&Message<T>> {
         let newest = self.messages.back();
@@ -243,7 +243,7 @@ impl<T> Queue<T> {
         self.messages.back().map(|(message, _)| message.seq)
     }
 
-    /// The messages that a reader has not seen, each with its delivery.
+    /// Returns the messages that a reader has not seen, each with its delivery.
     pub(super) fn unread(
         &self,
         reader: usize,
@@ -253,14 +253,14 @@ impl<T> Queue<T> {
         self.messages.range(seen..)
     }
 
-    /// The ends of the readers whose nodes its messages trigger.
+    /// Returns the ends of the readers whose nodes its messages trigger.
     fn triggers(&self) -> impl Iterator<Item = &TriggerEnd<T>> {
         self.readers
             .iter()
             .filter_map(|reader| reader.trigger.as_deref())
     }
 
-    /// The arrivals of a message at run time `at`, for the nodes that it triggers.
+    /// Returns the arrivals of a message at run time `at`, for the nodes that it triggers.
     pub(super) fn arrivals(&self, at: Time) -> impl Iterator<Item = Arrival> {
         self.triggers().map(move |end| end.arrival(at))
     }

@@ -25,7 +25,8 @@ pub enum Aim<'a> {
     Overruns(&'a [&'a str]),
 }
 
-/// The changes to try for an `aim` of a run of `system` with `setup`, whose graph is `topology`.
+/// Returns the changes to try for an `aim` of a run of `system` with `setup`, whose graph is
+/// `topology`.
 pub fn changes(
     system: &dyn System,
     setup: &Setup,

@@ -141,8 +141,8 @@ impl RunAges {
         }
     }
 
-    /// The ages of the run, which ended at run time `end` with these `nodes`; those that nothing
-    /// tells are left out.
+    /// Returns the ages of the run, which ended at run time `end` with these `nodes`; those that
+    /// nothing tells are left out.
     pub fn finish(mut self, end: Time, nodes: &[NodeAccount]) -> Vec<RunAge> {
         let chains = self.ways.iter().filter(|way| way.chain.is_some());
         let chains = chains
@@ -192,7 +192,7 @@ struct RunEnd {
     chains: Time,
 }
 
-/// The end of the last tick of a node that ended.
+/// Returns the end of the last tick of a node that ended.
 fn last_end(lineage: &Lineage, node: usize) -> Option<Time> {
     lineage
         .ticks(node)
@@ -200,8 +200,8 @@ fn last_end(lineage: &Lineage, node: usize) -> Option<Time> {
         .find_map(|worked| worked.tick.ends)
 }
 
-/// When a node acted first by the sensing of its last action: to there, or to the end of the run, the run
-/// measures the age of what it does.
+/// Returns when a node acted first by the sensing of its last action: to there, or to the end of
+/// the run, the run measures the age of what it does.
 fn last_sensing(lineage: &Lineage, node: usize) -> Option<Time> {
     let mut pushes = lineage
         .ticks(node)
@@ -218,7 +218,7 @@ fn last_sensing(lineage: &Lineage, node: usize) -> Option<Time> {
 }
 
 impl AgeShare {
-    /// Whether it has this name in tables, and this owner.
+    /// Returns whether it has this name in tables, and this owner.
     pub fn is(&self, key: &str, owner: &str) -> bool {
         self.stage.key() == key && self.owner == owner
     }
@@ -230,9 +230,9 @@ impl RunAge {
         self.chain.as_deref().unwrap_or("push")
     }
 
-    /// Whether no part is below zero, as one is after the error of a clock: then the parts are shares
-    /// of a whole. A thousandth is no such error: on the real clock a node may read a message that came
-    /// after its tick began.
+    /// Returns whether no part is below zero, as one is after the error of a clock: then the parts
+    /// are shares of a whole. A thousandth is no such error: on the real clock a node may read a
+    /// message that came after its tick began.
     pub fn has_shares(&self) -> bool {
         let least = -self.mean_ns.abs() / 1000;
         self.parts.iter().all(|part| part.ns >= least)

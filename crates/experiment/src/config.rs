@@ -62,7 +62,7 @@ impl Config {
         Ok(resolved)
     }
 
-    /// The timed changes, each with what follows from it unless that is among them.
+    /// Returns the timed changes, each with what follows from it unless that is among them.
     fn followed(&self, about: &About<'_>) -> Vec<TimedKnob> {
         let is_known = |follower: &TimedKnob| {
             self.knobs

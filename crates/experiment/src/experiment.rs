@@ -206,12 +206,13 @@ impl Experiment {
         refusal.map_or(Ok(()), |why| Err(BuildError::Setting(why)))
     }
 
-    /// The inputs of the run, with messages in recordable form; see [`SystemKnobs::resolve`](ratelab_system::SystemKnobs::resolve).
+    /// Returns the inputs of the run, with messages in recordable form; see
+    /// [`SystemKnobs::resolve`](ratelab_system::SystemKnobs::resolve).
     pub fn config(&self) -> &Config {
         &self.config
     }
 
-    /// The system.
+    /// Returns the system.
     pub fn system(&self) -> &Arc<dyn System> {
         &self.system
     }
@@ -324,7 +325,7 @@ impl Experiment {
     }
 }
 
-/// A world that moves by itself for a run of `system`: that of `config`, or one with the
+/// Returns a world that moves by itself for a run of `system`: that of `config`, or one with the
 /// default step; `None` if the system has none.
 pub fn own_world(system: &Arc<dyn System>, config: &Config) -> Option<WorldKind> {
     if !config.world.is_course() {

@@ -32,8 +32,8 @@ const FEWEST: usize = 3;
 const WORTH_MS: f64 = 1.0;
 
 impl Experiment {
-    /// An axis of `count` settings of the phases, for a [`Sweep`](super::sweep::Sweep): each node
-    /// that ticks at a rate is due somewhere in its first period. The draws are those of
+    /// Returns an axis of `count` settings of the phases, for a [`Sweep`](super::sweep::Sweep):
+    /// each node that ticks at a rate is due somewhere in its first period. The draws are those of
     /// `SEED phase NODE N`, in whole microseconds.
     pub fn phases(&self, count: usize) -> SweepAxis {
         let topology = self.graph.topology();
@@ -115,8 +115,8 @@ impl Experiment {
         notes.collect()
     }
 
-    /// The steps of a chain from one node to another one that reads at moments of its own: not when
-    /// the first one triggers it, nor in an executor, which has an order.
+    /// Returns the steps of a chain from one node to another one that reads at moments of its own:
+    /// not when the first one triggers it, nor in an executor, which has an order.
     fn hops(&self, chain: &DataChain, topology: &Topology) -> Vec<ChainHop> {
         let nodes = chain.nodes.iter().map(|name| topology.node(name));
         let nodes: Vec<usize> = nodes.flatten().collect();
@@ -143,7 +143,8 @@ impl Experiment {
         hops.collect()
     }
 
-    /// A knob by which a node starts so many microseconds late; `None` for one that is not to.
+    /// Returns a knob by which a node starts so many microseconds late; `None` for one that is not
+    /// to.
     fn late(&self, node: &str, micros: usize) -> Option<Knob> {
         let is_late = self
             .config
@@ -158,7 +159,7 @@ impl Experiment {
         (micros > 0 && !is_late && self.check(&late).is_ok()).then_some(late)
     }
 
-    /// A run up to `end` with these `knobs`, and its messages and ticks.
+    /// Returns a run up to `end` with these `knobs`, and its messages and ticks.
     fn short_run(&self, end: Time, knobs: Vec<Knob>) -> Option<(Summary, Lineage)> {
         let end = self.config.end.min(end);
         let mut config = Config {
@@ -180,7 +181,7 @@ impl Experiment {
         Some((ended.ok()?, reader.join().ok()?))
     }
 
-    /// Whether a run of it starts a process.
+    /// Returns whether a run of it starts a process.
     fn starts_programs(&self) -> bool {
         self.config.setup.iter().any(|knob| match knob {
             Knob::Send { node, text } => self.system.knobs().is_program(node, text, true),
@@ -197,7 +198,7 @@ struct ChainHop {
 }
 
 impl ChainHop {
-    /// Whether nearly every message is read first at the instant of its delivery.
+    /// Returns whether nearly every message is read first at the instant of its delivery.
     fn is_tied(&self, lineage: &Lineage) -> bool {
         let reads = lineage.ticks(self.reader).filter_map(|worked| {
             let mut reads = worked.reads();

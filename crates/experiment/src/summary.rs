@@ -56,13 +56,13 @@ pub struct MeanPushAge {
 }
 
 impl Summary {
-    /// The changes of knobs before and during the run: under the virtual clock the same
+    /// Returns the changes of knobs before and during the run: under the virtual clock the same
     /// configuration with these gives the same run.
     pub fn knobs(&self) -> Vec<TimedKnob> {
         self.events.iter().filter_map(Event::knob).collect()
     }
 
-    /// The mean age of the pushes of the run; `None` without a push.
+    /// Returns the mean age of the pushes of the run; `None` without a push.
     pub fn push_age(&self) -> Option<MeanPushAge> {
         let mut means = self.nodes.iter().filter_map(|node| {
             Some(MeanPushAge {
@@ -95,7 +95,7 @@ impl Summary {
         self.ages = ages.collect();
     }
 
-    /// The nodes that never ticked, and the topics without a message.
+    /// Returns the nodes that never ticked, and the topics without a message.
     pub fn silence(&self) -> Silence<'_> {
         let idle = self.nodes.iter().filter(|node| node.ticks == 0);
         let unsent = self.topics.iter().filter(|topic| topic.published == 0);
@@ -106,7 +106,7 @@ impl Summary {
         }
     }
 
-    /// The nodes that never ticked although their match took messages of each topic.
+    /// Returns the nodes that never ticked although their match took messages of each topic.
     fn unmatched(&self) -> impl Iterator<Item = Unmatched<'_>> {
         self.nodes
             .iter()
@@ -128,7 +128,7 @@ impl Summary {
             })
     }
 
-    /// The chains of `system` through which no data came, each with the reason.
+    /// Returns the chains of `system` through which no data came, each with the reason.
     pub fn without_data(&self, system: &dyn System) -> Vec<String> {
         let silence = self.silence();
         let chains = system.about().chains.iter();
@@ -139,7 +139,7 @@ impl Summary {
         silent.collect()
     }
 
-    /// The latencies of the chains of `system` beside its main one, by their names.
+    /// Returns the latencies of the chains of `system` beside its main one, by their names.
     pub fn chain_latencies<'s>(
         &'s self,
         system: &'s dyn System,
@@ -157,17 +157,17 @@ impl Summary {
         })
     }
 
-    /// The node called `name`.
+    /// Returns the node called `name`.
     pub fn node(&self, name: &str) -> Option<&NodeAccount> {
         self.nodes.iter().find(|node| *node.name == *name)
     }
 
-    /// The topic called `name`.
+    /// Returns the topic called `name`.
     pub fn topic(&self, name: &str) -> Option<&TopicAccount> {
         self.topics.iter().find(|topic| *topic.name == *name)
     }
 
-    /// An empty summary of a run of `config`, until the `verdict`.
+    /// Creates an empty summary of a run of `config`, until the `verdict`.
     pub fn new(config: &Config, verdict: Verdict) -> Self {
         Self {
             config: config.clone(),
@@ -209,7 +209,7 @@ impl Summary {
     }
 }
 
-/// The main latency of `system`.
+/// Returns the main latency of `system`.
 fn latency(system: &dyn System, snapshot: &Snapshot) -> Distribution {
     let meter = system.latency();
     meter
@@ -218,7 +218,7 @@ fn latency(system: &dyn System, snapshot: &Snapshot) -> Distribution {
         .unwrap_or_default()
 }
 
-/// The latencies of the chains of `system`.
+/// Returns the latencies of the chains of `system`.
 fn latencies(system: &dyn System, snapshot: &Snapshot) -> Vec<(String, Distribution)> {
     let latencies = system.about().chains.iter().map(|chain| {
         let distribution = snapshot.meter(chain.last(), chain.name());

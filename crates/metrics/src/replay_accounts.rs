@@ -54,7 +54,7 @@ struct ReplayQueue {
 }
 
 impl ReplayAccounts {
-    /// The accounts of a graph with this `topology` and `status` before its run.
+    /// Creates the accounts of a graph with this `topology` and `status` before its run.
     pub fn new(topology: &Topology, status: Status) -> Self {
         let queues = topology.topics.iter().map(|_| ReplayQueue::default());
         let run = RunWriter::new(status);
@@ -205,7 +205,7 @@ impl ReplayAccounts {
     }
 }
 
-/// Whether a message goes through a link.
+/// Returns whether a message goes through a link.
 fn is_linked(head: &Head) -> bool {
     head.arrives != Some(head.at)
 }

@@ -50,7 +50,7 @@ impl RunTimes {
         Self(times.map(|(place, _)| place).chain(beginnings).collect())
     }
 
-    /// The numbers of a message that was published at run time `stamp`, for the wire.
+    /// Returns the numbers of a message that was published at run time `stamp`, for the wire.
     pub fn sent(&self, mut row: Vec<f64>, stamp: Time) -> Vec<f64> {
         for place in &self.0 {
             row[*place] -= stamp.as_nanos() as f64;
@@ -87,7 +87,7 @@ pub struct PacketHead {
     pub origin: Option<ClockMoment>,
 }
 
-/// The bytes of a message.
+/// Returns the bytes of a message.
 pub fn encode(head: &PacketHead, row: &[f64]) -> Vec<u8> {
     let moments = [head.stamp, head.origin.unwrap_or(NONE)];
     let moments = moments.map(|moment| [moment.clock.0, moment.at.cast_unsigned()]);
@@ -144,7 +144,7 @@ pub fn decode(bytes: &[u8], width: usize) -> Result<(PacketHead, Vec<f64>), Refu
     Ok((head, row))
 }
 
-/// Whether all numbers are finite. Messages are of single precision in part: beyond it they
+/// Returns whether all numbers are finite. Messages are of single precision in part: beyond it they
 /// would become infinite.
 pub(crate) fn are_finite(row: &[f64]) -> bool {
     row.iter().all(|number| (*number as f32).is_finite())

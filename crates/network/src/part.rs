@@ -75,7 +75,7 @@ impl LocalPart {
     }
 }
 
-/// The topics whose publishers run elsewhere, with readers here.
+/// Returns the topics whose publishers run elsewhere, with readers here.
 fn inlets(
     own: &Info,
     taps: &Taps,
@@ -159,8 +159,8 @@ impl PartEnd {
         }
     }
 
-    /// Run time of the process that listens; `None` before its run. One that is gone counts on, until
-    /// another one takes its place.
+    /// Returns the run time of the process that listens; `None` before its run. One that is gone counts
+    /// on, until another one takes its place.
     fn passed(&mut self) -> Option<Nanos> {
         let peers = &self.part.peers;
         if let Some(hub) = peers.find(|info| info.is_hub)

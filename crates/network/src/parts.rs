@@ -3,7 +3,7 @@
 use ratelab::Topology;
 use ratelab_system::System;
 
-/// The nodes that `names` stand for: nodes, or groups of them.
+/// Returns the nodes that `names` stand for: nodes, or groups of them.
 pub fn nodes(system: &dyn System, graph: &Topology, names: &[String]) -> Vec<String> {
     let groups = system.groups();
     let mut nodes: Vec<String> = Vec::new();
@@ -25,7 +25,7 @@ pub fn nodes(system: &dyn System, graph: &Topology, names: &[String]) -> Vec<Str
     nodes
 }
 
-/// The names under which all nodes run apart, as far as they can.
+/// Returns the names under which all nodes run apart, as far as they can.
 pub fn apart(system: &dyn System, graph: &Topology) -> Vec<String> {
     let groups = system.groups();
     let mut parts: Vec<String> = Vec::new();

@@ -103,7 +103,7 @@ impl Reporter {
         }
     }
 
-    /// What happened since the last batch; `None` before the run.
+    /// Returns what happened since the last batch; `None` before the run.
     fn batch(&self, open: &mut Open) -> Option<Batch> {
         let (now, zero) = (self.part.times.now()?, self.part.times.zero()?);
         let first_event = open.events;
@@ -149,7 +149,7 @@ impl Reporter {
         })
     }
 
-    /// A tick, with the messages that it read as their senders number them.
+    /// Returns a tick, with the messages that it read as their senders number them.
     fn tick(&self, tick: &TickRecord) -> SentTick {
         let reads = tick.causes.reads.iter().filter_map(|read| {
             Some(Read {
@@ -161,7 +161,7 @@ impl Reporter {
         SentTick::new(tick, reads.collect())
     }
 
-    /// A message of a topic here, as its sender numbers it.
+    /// Returns a message of a topic here, as its sender numbers it.
     fn sent_message(&self, message: MessageId) -> Option<SentMessage> {
         let MessageId { topic, seq } = message;
         let own = &self.part.own;

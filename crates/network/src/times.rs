@@ -49,7 +49,7 @@ impl Times {
         }
     }
 
-    /// The moment of run time zero, by our clock; `None` before the run.
+    /// Returns the moment of run time zero, by our clock; `None` before the run.
     pub fn zero(&self) -> Option<Nanos> {
         self.zero.get().copied().or_else(|| {
             let zero = machine::moment_of(self.observer.zero()?);
@@ -57,13 +57,13 @@ impl Times {
         })
     }
 
-    /// The run time now; `None` before the run.
+    /// Returns the run time now; `None` before the run.
     pub(crate) fn now(&self) -> Option<Time> {
         let passed = machine::now().saturating_sub(self.zero()?);
         u64::try_from(passed).ok().map(Time::from_nanos)
     }
 
-    /// The moment of run time `time`; `None` before the run.
+    /// Returns the moment of run time `time`; `None` before the run.
     pub(crate) fn moment(&self, time: Time) -> Option<ClockMoment> {
         let passed = Nanos::try_from(time.as_nanos()).ok()?;
         Some(ClockMoment {
@@ -72,7 +72,7 @@ impl Times {
         })
     }
 
-    /// The run time of `moment`; with wrong clocks as they stamp it, zero before the run.
+    /// Returns the run time of `moment`; with wrong clocks as they stamp it, zero before the run.
     ///
     /// # Errors
     /// [`Refusal`] if its clock is unknown, or it is before the run or in the future without a wrong
@@ -93,7 +93,7 @@ impl Times {
         Ok(Time::from_nanos(passed))
     }
 
-    /// The run time of `moment` (ns), negative before the run.
+    /// Returns the run time of `moment` (ns), negative before the run.
     ///
     /// # Errors
     /// [`Refusal`] before the run, and if the clock is unknown.
@@ -108,7 +108,7 @@ impl Times {
         self.origins.keep(time, moment);
     }
 
-    /// The moment that run time `time` came from lately, or else is.
+    /// Returns the moment that run time `time` came from lately, or else is.
     pub(crate) fn origin(&self, time: Time) -> Option<ClockMoment> {
         self.origins
             .find(|known, _| *known == time)
@@ -140,7 +140,7 @@ impl<A: Copy, B: Copy> Recent<A, B> {
         }
     }
 
-    /// The newest pair that is `wanted`.
+    /// Returns the newest pair that is `wanted`.
     pub(crate) fn find(&self, wanted: impl Fn(&A, &B) -> bool) -> Option<(A, B)> {
         let pairs = lock(&self.0);
         pairs.iter().rev().find(|(a, b)| wanted(a, b)).copied()

@@ -109,7 +109,7 @@ impl PresenceWatch {
 }
 
 impl Presence {
-    /// What changed, if something did, in a run that has lasted for `run`.
+    /// Returns what changed, if something did, in a run that has lasted for `run`.
     fn look(&mut self, inlet: &Inlet, peers: &Peers, run: Duration) -> Option<(bool, String)> {
         let now = Instant::now();
         let (silence, starts) = {

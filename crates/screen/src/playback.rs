@@ -98,7 +98,7 @@ impl Playback {
         self.at
     }
 
-    /// Where it ends (run time).
+    /// Returns where it ends (run time).
     pub fn ends(&self) -> Time {
         self.replay.recording().until.max(self.begins)
     }

@@ -128,7 +128,7 @@ impl fmt::Debug for SignalValue {
 }
 
 impl Signal {
-    /// Whether `value` is beyond the limits.
+    /// Returns whether `value` is beyond the limits.
     pub fn is_lost_at(&self, value: f64) -> bool {
         self.limits
             .is_some_and(|[least, greatest]| value < least || value > greatest)

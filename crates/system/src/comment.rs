@@ -1,7 +1,7 @@
 //! Comments in lists of knobs: from a `#` at the start of a line or after white space to
 //! the end of the line. In a path such a `#` is written `\#`.
 
-/// The possible starts of comments in `line`, ignoring backslashes before the `#`: the
+/// Returns the possible starts of comments in `line`, ignoring backslashes before the `#`: the
 /// position of each, and its number of backslashes.
 fn hashes(line: &str) -> impl Iterator<Item = (usize, usize)> {
     line.match_indices('#').filter_map(|(place, _)| {

@@ -40,7 +40,7 @@ use super::{
 pub struct KnobText(pub &'static [Alias]);
 
 impl KnobText {
-    /// The alias called `name`.
+    /// Returns the alias called `name`.
     pub fn alias(&self, name: &str) -> Option<&'static Alias> {
         let name = name.replace('_', "-");
         self.0.iter().find(|alias| alias.name == name)
@@ -137,7 +137,7 @@ impl KnobText {
         lines
     }
 
-    /// The line for the first of `knobs`, and the number of knobs it covers.
+    /// Returns the line for the first of `knobs`, and the number of knobs it covers.
     fn first_line(&self, first: &TimedKnob, knobs: &[TimedKnob]) -> (String, usize) {
         let mut named = self
             .0
@@ -149,7 +149,7 @@ impl KnobText {
         }
     }
 
-    /// The kind of the knob that begins with `name`: an alias, or a kind and a target.
+    /// Returns the kind of the knob that begins with `name`: an alias, or a kind and a target.
     ///
     /// # Errors
     /// [`KnobTextError::Name`] for an unknown knob.

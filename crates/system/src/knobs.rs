@@ -79,7 +79,7 @@ pub struct Alias {
 }
 
 impl Alias {
-    /// The kind of all its knobs.
+    /// Returns the kind of all its knobs.
     pub fn kind(&self) -> KnobKind {
         self.knobs.first().map_or(KnobKind::Send, |(kind, _)| *kind)
     }
@@ -95,8 +95,8 @@ impl Alias {
             .collect()
     }
 
-    /// The value in a text that may name its node before, as in `noise sensor 0.1`: a parameter of
-    /// one node only.
+    /// Returns the value in a text that may name its node before, as in `noise sensor 0.1`: a
+    /// parameter of one node only.
     pub(super) fn without_node<'t>(&self, text: &'t str) -> &'t str {
         let [(KnobKind::Parameter, subject)] = self.knobs else {
             return text;
@@ -107,7 +107,7 @@ impl Alias {
             .map_or(text, str::trim_start)
     }
 
-    /// The initial value: from `setup`, or else the default. If its knobs have several
+    /// Returns the initial value: from `setup`, or else the default. If its knobs have several
     /// values, that of the first.
     pub fn value(&self, setup: &Setup) -> String {
         self.knobs
@@ -116,7 +116,7 @@ impl Alias {
             .map_or_else(|| self.default.to_owned(), Knob::value)
     }
 
-    /// The common value of the knobs at the beginning of `knobs`, if they are the knobs
+    /// Returns the common value of the knobs at the beginning of `knobs`, if they are the knobs
     /// of this alias with one value and one time.
     pub(super) fn value_of(&self, knobs: &[TimedKnob]) -> Option<String> {
         let turned = knobs.get(..self.knobs.len())?;

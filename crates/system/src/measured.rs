@@ -67,7 +67,7 @@ fn parse(text: &str) -> Result<Vec<Duration>, String> {
     }
 }
 
-/// Whether `value` names a column, and one only.
+/// Returns whether `value` names a column, and one only.
 fn is_name(value: &str) -> bool {
     let named = value.starts_with(|first: char| first == '"' || first.is_alphabetic());
     named && value.parse::<f64>().is_err() && !value.contains([',', ';', '\t'])

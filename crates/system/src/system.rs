@@ -13,7 +13,7 @@ use crate::{
 /// system returns from [`judge`](Self::judge), [`robot`](Self::robot) and [`knobs`](Self::knobs):
 /// usually itself.
 pub trait System: Send + Sync + 'static {
-    /// Name, such as `drone`. Recordings contain it.
+    /// Returns the name, such as `drone`. Recordings contain it.
     fn name(&self) -> &str;
 
     /// Adds the system's nodes and topics to an empty graph. Called once per run; builds

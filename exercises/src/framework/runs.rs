@@ -141,7 +141,7 @@ pub(crate) fn survey<T: ToString, const VALUES: usize>(
     }))
 }
 
-/// Messages of the first topic with a reader, `/obs`, that were dropped in a run.
+/// Returns the messages of the first topic with a reader, `/obs`, that were dropped in a run.
 pub(crate) fn obs_dropped(run: &CellResult) -> u64 {
     run.dropped.first().copied().unwrap_or_default()
 }

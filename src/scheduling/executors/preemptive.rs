@@ -103,7 +103,7 @@ impl Preemptive {
         }
     }
 
-    /// The nodes with the most urgent jobs, one for each core.
+    /// Returns the nodes with the most urgent jobs, one for each core.
     fn urgent(&self) -> Vec<usize> {
         let first = self.first.iter().take(self.cores);
         first.map(|key| key.member).collect()

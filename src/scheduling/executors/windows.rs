@@ -84,7 +84,7 @@ impl WindowOrder {
     }
 }
 
-/// Whether no node of the group of this call runs.
+/// Returns whether no node of the group of this call runs.
 fn is_free(groups: &[usize], call: Call, running: &[usize]) -> bool {
     let group = groups[call.member()];
     !running.iter().any(|runs| groups[*runs] == group)

@@ -81,8 +81,8 @@ impl Budget {
     }
 }
 
-/// The longest length up to `longest` of which `most` has not more than [`MOST_PARTS`]; a longer one
-/// if there is none.
+/// Returns the longest length up to `longest` of which `most` has not more than [`MOST_PARTS`]; a
+/// longer one if there is none.
 fn length(longest: Duration, most: Duration) -> Duration {
     let lengths = LENGTHS.into_iter().map(Duration::from_nanos);
     let fits = |length: &Duration| most.as_nanos() <= length.as_nanos() * MOST_PARTS as u128;

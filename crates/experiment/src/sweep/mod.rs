@@ -73,7 +73,7 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// The value on the axis called `axis`, as text.
+    /// Returns the value on the axis called `axis`, as text.
     pub fn value(&self, axis: &str) -> Option<&str> {
         let value = self.values.iter().find(|value| value.axis == axis);
         value.map(|value| value.text.as_str())
@@ -134,12 +134,12 @@ impl Sweep {
         }
     }
 
-    /// The axis called `name`.
+    /// Returns the axis called `name`.
     pub fn axis(&self, name: &str) -> Option<&SweepAxis> {
         self.axes.iter().find(|axis| axis.name == name)
     }
 
-    /// Number of runs.
+    /// Returns the number of runs.
     ///
     /// # Errors
     /// [`SweepError`] if it is zero or above [`MAX_CELLS`], or if the runs have no end.

@@ -23,20 +23,20 @@ pub(super) struct Step<'a> {
 }
 
 impl TracedTopic {
-    /// The message with this sequence number.
+    /// Returns the message with this sequence number.
     pub(super) fn message(&self, seq: u64) -> Option<&Head> {
         let index = place_of(&self.sent, seq, |sent| sent.seq);
         self.sent.get(index).filter(|sent| sent.seq == seq)
     }
 
-    /// Messages published after message number `seq`, oldest first.
+    /// Returns the messages published after message number `seq`, oldest first.
     pub(super) fn after(&self, seq: u64) -> impl Iterator<Item = &Head> {
         let next = seq.saturating_add(1);
         self.sent
             .range(place_of(&self.sent, next, |sent| sent.seq)..)
     }
 
-    /// The queue depth at run time `at`.
+    /// Returns the queue depth at run time `at`.
     pub(super) fn depth(&self, at: Time) -> usize {
         let known = self.depths.iter().rev().find(|(since, _)| *since <= at);
         known.map_or(1, |(_, depth)| depth.get())
@@ -44,12 +44,12 @@ impl TracedTopic {
 }
 
 impl Lineage {
-    /// A message that is known.
+    /// Returns a message that is known.
     pub fn head(&self, message: MessageId) -> Option<&Head> {
         self.topics.get(message.topic)?.message(message.seq)
     }
 
-    /// The index of a tick among the known ticks of its node.
+    /// Returns the index of a tick among the known ticks of its node.
     fn index_of(&self, tick: TickId) -> Option<usize> {
         let ticks = &self.nodes.get(tick.node)?.ticks;
         let index = place_of(ticks, tick.number, |known| known.tick.number);
@@ -57,13 +57,13 @@ impl Lineage {
         (known.tick.number == tick.number).then_some(index)
     }
 
-    /// The tick that published a message, as a node and the index of a tick.
+    /// Returns the tick that published a message, as a node and the index of a tick.
     pub fn made_by(&self, message: MessageId) -> Option<(usize, usize)> {
         let by = self.head(message)?.by?;
         Some((by.node, self.index_of(by)?))
     }
 
-    /// The messages published by the tick with this index of a node.
+    /// Returns the messages published by the tick with this index of a node.
     pub fn made(&self, node: usize, index: usize) -> Vec<MessageId> {
         let Some(worked) = self.nodes[node].ticks.get(index) else {
             return Vec::new();
@@ -89,8 +89,8 @@ impl Lineage {
             .collect()
     }
 
-    /// The messages that carried the data of `message`, newest first. Without a path, follows the data
-    /// of `source`.
+    /// Returns the messages that carried the data of `message`, newest first. Without a path,
+    /// follows the data of `source`.
     pub(super) fn steps(
         &self,
         message: MessageId,
@@ -119,8 +119,8 @@ impl Lineage {
         }
     }
 
-    /// The message that the data of another one came with, which a tick published; `None` if they
-    /// begin with the tick.
+    /// Returns the message that the data of another one came with, which a tick published; `None`
+    /// if they begin with the tick.
     fn behind(&self, step: &Step<'_>, source: Option<usize>) -> Option<MessageId> {
         let (_, _, worked) = step.made?;
         let from = step.sent?.from;
@@ -151,8 +151,8 @@ impl Lineage {
         newest.max_by_key(|(data, _)| *data).map(|(_, read)| read)
     }
 
-    /// The message that a tick of an acting node applied, with the node that began its data where no
-    /// path tells the way.
+    /// Returns the message that a tick of an acting node applied, with the node that began its data
+    /// where no path tells the way.
     pub(super) fn applied_by(
         &self,
         node: usize,
@@ -168,8 +168,8 @@ impl Lineage {
         }
     }
 
-    /// The first node whose data are behind a tick: one that reads nothing, or else one that says
-    /// nothing of a sensing.
+    /// Returns the first node whose data are behind a tick: one that reads nothing, or else one
+    /// that says nothing of a sensing.
     fn first_source(&self, worked: &TracedTick) -> Option<usize> {
         let nodes = worked.beginnings.iter().flatten().map(|(node, _)| *node);
         nodes
@@ -178,7 +178,8 @@ impl Lineage {
             .or(nodes.clone().next())
     }
 
-    /// When the data of a message began; `None` while the tick that published it is not settled.
+    /// Returns when the data of a message began; `None` while the tick that published it is not
+    /// settled.
     fn beginnings_of(&self, message: MessageId) -> Option<Beginnings> {
         let Some(sent) = self.head(message) else {
             let topic = self.topics.get(message.topic);
@@ -206,8 +207,8 @@ impl Lineage {
         Some(beginnings)
     }
 
-    /// The beginnings of all data behind a tick; `None` while the tick behind a message is not
-    /// settled.
+    /// Returns the beginnings of all data behind a tick; `None` while the tick behind a message is
+    /// not settled.
     fn beginnings_behind(&self, worked: &TracedTick) -> Option<Beginnings> {
         let mut all = Beginnings::new();
         for read in worked.reads() {
@@ -266,8 +267,8 @@ impl Lineage {
     }
 }
 
-/// When data began with a message that this tick published: as the tick did, or as it ended if the node
-/// published then.
+/// Returns when data began with a message that this tick published: as the tick did, or as it ended
+/// if the node published then.
 pub(super) fn begin_of(sent: &Head, worked: &TracedTick) -> Time {
     if sent.origin.is_some() {
         worked.tick.at
@@ -276,8 +277,8 @@ pub(super) fn begin_of(sent: &Head, worked: &TracedTick) -> Time {
     }
 }
 
-/// The place of item number `number`, or of the next one. They are in order, and nearly always none is
-/// missing.
+/// Returns the place of item number `number`, or of the next one. They are in order, and nearly
+/// always none is missing.
 fn place_of<T>(items: &VecDeque<T>, number: u64, number_of: impl Fn(&T) -> u64) -> usize {
     let first = items.front().map_or(0, &number_of);
     let place = usize::try_from(number.saturating_sub(first)).unwrap_or(usize::MAX);
@@ -287,7 +288,7 @@ fn place_of<T>(items: &VecDeque<T>, number: u64, number_of: impl Fn(&T) -> u64) 
     }
 }
 
-/// When the newest data of the node `source` began.
+/// Returns when the newest data of the node `source` began.
 fn began_of(beginnings: &Beginnings, source: usize) -> Option<Time> {
     beginnings
         .iter()

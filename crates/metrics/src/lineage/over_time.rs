@@ -64,7 +64,7 @@ impl AgeOverTime {
         }
     }
 
-    /// Its mean (ns); `None` if no time has passed.
+    /// Returns its mean (ns); `None` if no time has passed.
     pub fn mean_ns(&self) -> Option<i64> {
         let twice = self
             .sums
@@ -73,14 +73,14 @@ impl AgeOverTime {
         Some(self.share(twice)).filter(|_| self.time > 0)
     }
 
-    /// A sum over the time, rounded.
+    /// Returns a sum over the time, rounded.
     fn share(&self, twice: i128) -> i64 {
         let time = self.time.max(1);
         i64::try_from(twice.saturating_add(time).div_euclid(2 * time)).unwrap_or(i64::MAX)
     }
 
-    /// The mean of each part (ns), in the order from the sensing to now: they sum to the mean of
-    /// the age.
+    /// Returns the mean of each part (ns), in the order from the sensing to now: they sum to the
+    /// mean of the age.
     pub fn parts(&self) -> Vec<(AgeStage, i64)> {
         let (mut sum, mut until) = (0_i128, 0);
         let parts = self.sums.iter().map(|(stage, twice)| {
@@ -91,7 +91,7 @@ impl AgeOverTime {
         parts.filter(|(_, ns)| *ns != 0).collect()
     }
 
-    /// The age that it does not exceed for this share of the time (ns), to the microsecond;
+    /// Returns the age that it does not exceed for this share of the time (ns), to the microsecond;
     /// `None` if no time has passed.
     pub fn quantile(&self, share: f64) -> Option<i64> {
         let ages = self.teeth.keys().zip(self.teeth.keys().skip(1));
@@ -121,7 +121,7 @@ impl AgeOverTime {
     }
 }
 
-/// The mean of each part of the push age of a node over run time `from` to `to` (ns),
+/// Returns the mean of each part of the push age of a node over run time `from` to `to` (ns),
 /// in the order from the sensing to now; empty without known pushes.
 pub fn mean_parts(lineage: &Lineage, node: usize, from: Time, to: Time) -> Vec<(AgeStage, f64)> {
     let mut ages = AgeOverTime::default();

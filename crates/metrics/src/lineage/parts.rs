@@ -48,8 +48,8 @@ pub enum AgeStage {
 }
 
 impl AgeStage {
-    /// The name of the node or topic that it is due to; empty for what is before the first known
-    /// tick.
+    /// Returns the name of the node or topic that it is due to; empty for what is before the first
+    /// known tick.
     pub fn owner(self, topology: &Topology) -> &str {
         let place = self.place();
         match self {
@@ -61,7 +61,7 @@ impl AgeStage {
         }
     }
 
-    /// The index of that node or topic.
+    /// Returns the index of that node or topic.
     pub fn place(self) -> usize {
         match self {
             Self::Before => usize::MAX,
@@ -77,22 +77,22 @@ impl AgeStage {
         }
     }
 
-    /// Its name in JSON and tables.
+    /// Returns its name in JSON and tables.
     pub fn key(self) -> &'static str {
         self.names()[0]
     }
 
-    /// Its name in a report, to be followed by its owner.
+    /// Returns its name in a report, to be followed by its owner.
     pub fn title(self) -> &'static str {
         self.names()[1]
     }
 
-    /// What the data did meanwhile, in a word: of several stages the same.
+    /// Returns what the data did meanwhile, in a word: of several stages the same.
     pub fn word(self) -> &'static str {
         self.names()[2]
     }
 
-    /// Its description with `{}` for the owner, to follow a number of milliseconds.
+    /// Returns its description with `{}` for the owner, to follow a number of milliseconds.
     pub fn phrase(self) -> &'static str {
         self.names()[3]
     }
@@ -149,7 +149,7 @@ pub struct AgeParts {
 }
 
 impl AgeParts {
-    /// The age (ns); negative after a clock error.
+    /// Returns the age (ns); negative after a clock error.
     pub fn sum_ns(&self) -> i64 {
         let parts = self.parts.iter().map(|part| nanos(part.took));
         self.before_ns + parts.sum::<i64>()
@@ -164,14 +164,15 @@ impl AgeParts {
     }
 }
 
-/// The duration in nanoseconds, signed like an age; longer than any run on overflow.
+/// Returns the duration in nanoseconds, signed like an age; longer than any run on overflow.
 pub fn nanos(duration: Duration) -> i64 {
     i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
 }
 
 impl Lineage {
-    /// The parts of the age of a message at its delivery, from the sensing on; of its data from the
-    /// node `source` where no path tells the way. `None` where not all of its chain is known.
+    /// Returns the parts of the age of a message at its delivery, from the sensing on; of its data
+    /// from the node `source` where no path tells the way. `None` where not all of its chain is
+    /// known.
     pub(super) fn parts_at_arrival(
         &self,
         message: MessageId,
@@ -214,7 +215,7 @@ impl Lineage {
         Some(parts)
     }
 
-    /// Whether data may begin with a message that this node published.
+    /// Returns whether data may begin with a message that this node published.
     fn may_begin(&self, message: MessageId, node: usize, source: Option<usize>) -> bool {
         match &self.way {
             DataWay::Along(path) => path.first() == Some(&message.topic),
@@ -258,9 +259,9 @@ impl Lineage {
         parts.add(AgeStage::Reuse(topic), at(first_read), at(index));
     }
 
-    /// The topic that a message of this `topic` waited for in the set of a tick: the one whose message
-    /// completed the set; of messages that came at once another one. `None` for a node that does not
-    /// tick on sets.
+    /// Returns the topic that a message of this `topic` waited for in the set of a tick: the one
+    /// whose message completed the set; of messages that came at once another one. `None` for a
+    /// node that does not tick on sets.
     pub(super) fn waited_for(&self, node: usize, index: usize, topic: usize) -> Option<usize> {
         let triggers = &self.topology.nodes[node].triggers;
         let worked = &self.nodes[node].ticks[index];
@@ -281,7 +282,7 @@ impl Lineage {
         )
     }
 
-    /// The release of a tick: before its start where the node has an executor.
+    /// Returns the release of a tick: before its start where the node has an executor.
     pub(super) fn released(&self, node: usize, index: usize) -> Time {
         let tick = &self.nodes[node].ticks[index].tick;
         match self.topology.nodes[node].executor {
@@ -290,7 +291,7 @@ impl Lineage {
         }
     }
 
-    /// The first tick of a node in the unbroken series of reads of this message that ends
+    /// Returns the first tick of a node in the unbroken series of reads of this message that ends
     /// with the tick `index`.
     pub(super) fn first_read(&self, message: MessageId, node: usize, index: usize) -> usize {
         let ticks = &self.nodes[node].ticks;
@@ -298,8 +299,8 @@ impl Lineage {
         index - (0..index).rev().take_while(again).count()
     }
 
-    /// The first tick of a node that could have read a message, but read an older one of its queue,
-    /// up to the one that read it first.
+    /// Returns the first tick of a node that could have read a message, but read an older one of
+    /// its queue, up to the one that read it first.
     fn first_chance(&self, message: MessageId, node: usize, first_read: usize) -> usize {
         let ticks = &self.nodes[node].ticks;
         let found = |index: &usize| {
@@ -312,7 +313,8 @@ impl Lineage {
     }
 }
 
-/// From when on a tick works on a message: its start, or the delivery of one that it reads later.
+/// Returns from when on a tick works on a message: its start, or the delivery of one that it reads
+/// later.
 pub(super) fn works_from(sent: &Head, worked: &TracedTick) -> Time {
     worked.tick.at.max(sent.arrives.unwrap_or_default())
 }

@@ -75,7 +75,7 @@ impl RunSource for RemoteRun {
 }
 
 impl RemoteRun {
-    /// The text for a run of another graph, where there is none of this one.
+    /// Returns the text for a run of another graph, where there is none of this one.
     fn stranger(&self) -> Option<String> {
         if self.processes.hub().is_some() {
             return None;
@@ -127,7 +127,7 @@ impl Remote for RemoteRun {
 }
 
 impl Processes {
-    /// Where `node` runs.
+    /// Returns where `node` runs.
     pub fn place(&self, node: &str, commands: &dyn StartCommands) -> Place {
         let Some(process) = self.with_node(node) else {
             let command = commands.node(node);
@@ -143,15 +143,15 @@ impl Processes {
         }
     }
 
-    /// The process whose fault it is that nothing is heard of this one: all others are heard
-    /// through the one that listens.
+    /// Returns the process whose fault it is that nothing is heard of this one: all others are
+    /// heard through the one that listens.
     fn unheard<'a>(&'a self, process: &'a Process) -> Option<&'a Process> {
         let hub = self.hub_process().filter(|hub| self.is_gone(hub));
         hub.filter(|hub| process.heard + GONE >= hub.heard)
             .or_else(|| Some(process).filter(|process| self.is_gone(process)))
     }
 
-    /// Why nothing is heard of a process, and what to try.
+    /// Returns why nothing is heard of a process, and what to try.
     fn absence(&self, process: &Process) -> String {
         let Info {
             pid, host, command, ..
@@ -180,7 +180,8 @@ impl Processes {
         }
     }
 
-    /// What is wrong, if something is; of a run that is `over`, who is missing for the next one.
+    /// Returns what is wrong, if something is; of a run that is `over`, who is missing for the next
+    /// one.
     pub fn trouble(&self, over: bool) -> Option<String> {
         let Some(hub) = &self.hub else {
             return Some("waiting for the process that listens".to_owned());
@@ -215,7 +216,7 @@ impl Processes {
         (!trouble.is_empty()).then(|| trouble.join(", "))
     }
 
-    /// How exact ages between them are; `None` where they share a clock.
+    /// Returns how exact ages between them are; `None` where they share a clock.
     pub fn exactness(&self) -> Option<String> {
         let bounds: Option<Vec<Nanos>> = self
             .all
@@ -231,7 +232,7 @@ impl Processes {
     }
 }
 
-/// The nodes of a process.
+/// Returns the nodes of a process.
 fn names(process: &Process) -> String {
     process.info.nodes.join(" and ")
 }

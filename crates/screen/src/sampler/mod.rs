@@ -349,7 +349,7 @@ fn world(session: &dyn RunSource, setup: &Setup) -> Option<&'static str> {
     asked.then_some("world: waits")
 }
 
-/// Age of the sensing behind a message at its publication (s).
+/// Returns the age of the sensing behind a message at its publication (s).
 fn age(head: &Head) -> Option<f64> {
     let sensed = head.origin?.as_secs_f64();
     Some(head.at.as_secs_f64() - sensed)

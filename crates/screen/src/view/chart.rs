@@ -147,7 +147,7 @@ impl Chart {
         }
     }
 
-    /// Texts of marks from the newest to the oldest, each at its own mark, if they do not
+    /// Returns the texts of marks from the newest to the oldest, each at its own mark, if they do not
     /// touch. Returns the marks with a text; the others are `+` in the same row.
     pub fn texts<'m>(&self, marks: &[&'m TextMark], sheet: &mut Sheet<'_>) -> Vec<&'m TextMark> {
         if self.text_row.is_empty() {

@@ -73,7 +73,7 @@ pub(super) fn check(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
     Ok(file)
 }
 
-/// What stands before all sections.
+/// Returns what stands before all sections.
 fn head(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
     let mut file = GraphFile {
         text: text.to_owned(),
@@ -98,7 +98,7 @@ fn topics(block: &Block, key: &str) -> Checked<Vec<Placed>> {
     Ok(topics.to_vec())
 }
 
-/// What the section `at` has happen during a run.
+/// Returns what the section `at` has happen during a run.
 fn events(top: &Block) -> Checked<Vec<PlacedEvent>> {
     let events = top.list("at").chunks_exact(2).map(|pair| {
         let [time, knob] = [&pair[0], &pair[1]];
@@ -119,7 +119,7 @@ fn events(top: &Block) -> Checked<Vec<PlacedEvent>> {
     events.collect()
 }
 
-/// The settings in `block`, as knobs.
+/// Returns the settings in `block`, as knobs.
 fn settings(block: &Block) -> Checked<Vec<PlacedKnob>> {
     let mut knobs = Vec::new();
     let is_divided = |kind, text: &str| kind == KnobKind::Rate && divider(block, text).is_some();
@@ -140,7 +140,8 @@ fn divider(block: &Block, text: &str) -> Option<Divider> {
     Divider::parse(&block.name.text, text)
 }
 
-/// The divider of a node whose rate is a fraction of that of one of the `nodes`, and the rate.
+/// Returns the divider of a node whose rate is a fraction of that of one of the `nodes`, and the
+/// rate.
 fn divided_rate<'b>(
     block: &Block,
     nodes: impl Iterator<Item = &'b Block> + Clone,
@@ -166,7 +167,7 @@ fn divided_rate<'b>(
     }
 }
 
-/// A node, with its rate if that is `divided`; its knobs go to `all`.
+/// Returns a node, with its rate if that is `divided`; its knobs go to `all`.
 fn node(block: &Block, divided: Option<Hz>, all: &mut Vec<PlacedKnob>) -> Checked<NodeSpec> {
     name(&block.name)?;
     let mut knobs = settings(block)?;
@@ -219,7 +220,8 @@ fn node(block: &Block, divided: Option<Hz>, all: &mut Vec<PlacedKnob>) -> Checke
     })
 }
 
-/// The clocks of nodes that get the time from messages, except nodes with a clock of their own.
+/// Returns the clocks of nodes that get the time from messages, except nodes with a clock of their
+/// own.
 fn simulated_clocks(block: &Block, file: &GraphFile) -> Checked<Vec<PlacedKnob>> {
     let period = block.number("rate").map_or(0.0, |hz| 1e9 / hz);
     let error = format!("0 0 {}", period.round() / 1e6);
@@ -238,7 +240,7 @@ fn simulated_clocks(block: &Block, file: &GraphFile) -> Checked<Vec<PlacedKnob>>
     nodes.map(clock).collect()
 }
 
-/// How the messages of the `triggers` of a node are combined.
+/// Returns how the messages of the `triggers` of a node are combined.
 fn matching(block: &Block, triggers: &[Placed]) -> Checked<Match> {
     let name = &block.name.text;
     if let (true, Some(at)) = (triggers.is_empty(), block.at("trigger")) {
@@ -379,7 +381,7 @@ fn chain(block: &Block, file: &GraphFile) -> Checked<ChainSpec> {
     Ok(ChainSpec { chain, path })
 }
 
-/// The ages that a bag had.
+/// Returns the ages that a bag had.
 fn bag_ages(block: &Block) -> Checked<Option<BagAges>> {
     let Some(mean_ms) = block.number("bag_mean_ms") else {
         let others = ["bag_p99_ms", "unsure"].into_iter();
@@ -395,7 +397,7 @@ fn bag_ages(block: &Block) -> Checked<Option<BagAges>> {
     }))
 }
 
-/// The limit of a figure, which has one bound.
+/// Returns the limit of a figure, which has one bound.
 fn limit(text: &str, block: &Block) -> Option<FigureLimit> {
     let most = block.number("at_most").map(Bound::AtMost);
     Some(FigureLimit {
@@ -473,7 +475,7 @@ fn whole(file: &GraphFile) -> Checked {
         .try_for_each(|topic| publisher(file, topic))
 }
 
-/// A duration of `ms` milliseconds.
+/// Returns a duration of `ms` milliseconds.
 fn duration(ms: f64) -> Duration {
     Duration::from_nanos((ms * 1e6).round() as u64)
 }

@@ -11,7 +11,7 @@ use crate::{FULL, Setup};
 const LATE: Duration = Duration::from_secs(1);
 
 impl GraphSystem {
-    /// What the clocks of a run with `setup` do to nodes at a rate.
+    /// Returns what the clocks of a run with `setup` do to nodes at a rate.
     pub(super) fn clock_warnings(&self, setup: &Setup) -> Vec<String> {
         let warnings = self
             .topology()
@@ -34,7 +34,7 @@ impl GraphSystem {
     }
 }
 
-/// A node whose clock shows the due time of the first tick long after the run has begun.
+/// Returns a node whose clock shows the due time of the first tick long after the run has begun.
 fn silent(node: &str, error: ClockError, offset: Duration) -> Option<String> {
     let due = Time::ZERO + offset;
     let first = error.when(due);
@@ -48,7 +48,7 @@ fn silent(node: &str, error: ClockError, offset: Duration) -> Option<String> {
     })
 }
 
-/// A node at a rate above that of the steps of its clock.
+/// Returns a node at a rate above that of the steps of its clock.
 fn coarse(node: &str, error: ClockError, hz: Hz) -> Option<String> {
     let (step, period) = (error.step().as_secs_f64(), 1.0 / hz.get());
     (step > period * FULL).then(|| {

@@ -11,14 +11,14 @@ use super::{
 };
 
 impl GraphFile {
-    /// The executor of `node`; `None` for a node on its own.
+    /// Returns the executor of `node`; `None` for a node on its own.
     pub(super) fn executor_of(&self, node: &str) -> Option<&ExecutorSpec> {
         self.executors
             .iter()
             .find(|executor| holds(&executor.nodes, node))
     }
 
-    /// The nodes without an executor, with a place for errors.
+    /// Returns the nodes without an executor, with a place for errors.
     fn without_executor(&self, at: usize) -> Vec<Placed> {
         self.names()
             .filter(|node| self.executor_of(node).is_none())
@@ -26,7 +26,7 @@ impl GraphFile {
             .collect()
     }
 
-    /// The groups and deadlines of nodes whose executors have no use for them.
+    /// Returns the groups and deadlines of nodes whose executors have no use for them.
     pub(super) fn idle_settings(&self) -> Vec<String> {
         let placed = self
             .nodes
@@ -49,7 +49,8 @@ impl GraphFile {
         idle.collect()
     }
 
-    /// A node as its executor knows it; one of the system in the middle is known by its name.
+    /// Returns a node as its executor knows it; one of the system in the middle is known by its
+    /// name.
     pub(super) fn callback(&self, node: &str) -> Callback {
         let known = self.node(node);
         known.map_or_else(|| Callback::new(node), |known| known.callback.clone())

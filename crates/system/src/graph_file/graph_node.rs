@@ -63,7 +63,8 @@ impl GraphNode {
         tick.publish_stamped(output, stamp.as_nanos() as f64, stamp);
     }
 
-    /// The header stamp that it copies; `None` before there is one, and if it stamps by its clock.
+    /// Returns the header stamp that it copies; `None` before there is one, and if it stamps by its
+    /// clock.
     fn copied_stamp(&self) -> Option<Time> {
         match self.stamp {
             HeaderStamp::Now => None,

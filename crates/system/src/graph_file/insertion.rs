@@ -91,7 +91,7 @@ impl Fit<'_> {
             .try_for_each(|topic| one_of("no topic", topic, topics.clone()))
     }
 
-    /// The nodes between topics of the system and their readers.
+    /// Returns the nodes between topics of the system and their readers.
     fn relays(&self, inner: &InnerSpec) -> Checked<Vec<ForwardingNode>> {
         let offered = &self.around.offered;
         let mut relays = Vec::new();
@@ -127,7 +127,8 @@ impl Fit<'_> {
         Ok(())
     }
 
-    /// Whether a step of a path is one of the system; those of the file were checked before.
+    /// Returns whether a step of a path is one of the system; those of the file were checked
+    /// before.
     fn joins(&self, from: &Placed, to: &Placed) -> bool {
         let reading = from.is_topic();
         let (node, topic) = if reading { (to, from) } else { (from, to) };
@@ -147,8 +148,8 @@ impl Fit<'_> {
             })
     }
 
-    /// The nodes on the way from the topic `from` of the system to the topic `to`, in the order
-    /// of the data.
+    /// Returns the nodes on the way from the topic `from` of the system to the topic `to`, in the
+    /// order of the data.
     fn line(&self, from: &Placed, to: &Placed) -> Checked<Vec<ForwardingNode>> {
         let mut relays: Vec<ForwardingNode> = Vec::new();
         let mut topic = &to.text;
@@ -183,7 +184,7 @@ impl Fit<'_> {
         Ok(relays)
     }
 
-    /// The one input of a node between the topic `from` and its reader.
+    /// Returns the one input of a node between the topic `from` and its reader.
     fn single_input<'n>(
         &self,
         node: &'n NodeSpec,

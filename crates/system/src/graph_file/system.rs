@@ -36,7 +36,7 @@ struct KeptVerdicts {
 }
 
 impl KeptVerdicts {
-    /// Names the limits of `chains`; `None` without limits.
+    /// Creates names the limits of `chains`; `None` without limits.
     fn new(chains: &[DataChain]) -> Option<Self> {
         let limits: Vec<String> = chains.iter().filter_map(DataChain::within).collect();
         let limits = match &limits[..] {
@@ -57,7 +57,7 @@ impl KeptVerdicts {
 }
 
 impl GraphFile {
-    /// The graph as a system. `known` are the systems that it may have in its middle.
+    /// Returns the graph as a system. `known` are the systems that it may have in its middle.
     ///
     /// # Errors
     /// [`GraphFileError`] if it names another system, or does not fit around it.
@@ -82,7 +82,7 @@ impl GraphFile {
 }
 
 impl GraphSystem {
-    /// The system in the middle of the graph.
+    /// Returns the system in the middle of the graph.
     fn inner(&self) -> Option<&dyn System> {
         Some(&*self.middle.as_ref()?.system)
     }
@@ -127,7 +127,7 @@ impl GraphSystem {
     }
 }
 
-/// The plots: first of the system in the middle, then the data age of each chain.
+/// Returns the plots: first of the system in the middle, then the data age of each chain.
 fn signals(file: &GraphFile, inner: Option<&dyn System>) -> Vec<Signal> {
     let inner = inner.map_or_else(Vec::new, System::signals);
     let ages = file.chains.iter().zip(PEAKS).map(|(spec, value)| {
@@ -145,8 +145,8 @@ fn signals(file: &GraphFile, inner: Option<&dyn System>) -> Vec<Signal> {
     inner.into_iter().chain(ages).collect()
 }
 
-/// A bound of the age along `chain` where nothing is late: the periods of its nodes (ms); 100
-/// without any.
+/// Returns a bound of the age along `chain` where nothing is late: the periods of its nodes (ms);
+/// 100 without any.
 fn usual_age(file: &GraphFile, chain: &ChainSpec) -> f64 {
     let periods = file
         .nodes

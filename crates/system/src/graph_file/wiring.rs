@@ -56,13 +56,13 @@ impl GraphWires {
 }
 
 impl GraphSystem {
-    /// The nodes of the file between a topic of the system and its reader.
+    /// Returns the nodes of the file between a topic of the system and its reader.
     pub(super) fn relays(&self) -> &[ForwardingNode] {
         self.middle.as_ref().map_or(&[], |middle| &middle.relays)
     }
 
-    /// Whether `topic` is one that the nodes of the file publish, and none behind a topic of the
-    /// system.
+    /// Returns whether `topic` is one that the nodes of the file publish, and none behind a topic
+    /// of the system.
     fn is_own(&self, topic: &str) -> bool {
         let published = self.file.published().any(|known| known == topic);
         published && self.relays().iter().all(|relay| relay.to != topic)
@@ -127,7 +127,7 @@ impl GraphSystem {
         })
     }
 
-    /// The topics that `node` publishes.
+    /// Returns the topics that `node` publishes.
     fn outputs(&self, node: &NodeSpec, wires: &GraphWires) -> Vec<Topic<f64>> {
         let outputs = node.publishes.iter().filter_map(|Placed { text, .. }| {
             wires
@@ -139,7 +139,7 @@ impl GraphSystem {
         outputs.collect()
     }
 
-    /// The numbers and the names of the chains that end at `node`.
+    /// Returns the numbers and the names of the chains that end at `node`.
     fn ends(&self, node: &NodeSpec) -> Vec<(usize, String)> {
         self.chains
             .iter()
@@ -151,8 +151,8 @@ impl GraphSystem {
 }
 
 impl GraphWires {
-    /// What the chains with these ends take. A system in the middle measures itself what it does:
-    /// the nodes are `alone` without one.
+    /// Returns what the chains with these ends take. A system in the middle measures itself what it
+    /// does: the nodes are `alone` without one.
     fn ends(&self, wiring: &mut Wiring<'_>, ends: &[(usize, String)], alone: bool) -> ChainEnds {
         let chains = ends.iter().map(|(number, name)| ChainEnd {
             number: *number,

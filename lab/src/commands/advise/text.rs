@@ -95,7 +95,7 @@ fn figures(run: &ChangedRun) -> String {
     }
 }
 
-/// Messages per second, and the cores that ticks take.
+/// Returns messages per second, and the cores that ticks take.
 fn costs(summary: &Summary) -> [f64; 2] {
     let seconds = summary.sim_time.as_secs_f64().max(f64::MIN_POSITIVE);
     let sent: u64 = summary

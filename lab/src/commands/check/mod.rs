@@ -140,7 +140,7 @@ pub fn compare(program: &Program, runs: &[CheckedRun]) -> Result<Results, Error>
     })
 }
 
-/// One limit, and the runs that miss it. What was not measured is missed.
+/// Returns one limit, and the runs that miss it. What was not measured is missed.
 fn compared(
     program: &Program,
     limit: &FigureLimit,

@@ -102,7 +102,7 @@ fn listed(head: &str, sign: &str, items: impl Iterator<Item = String>) -> Vec<St
     lines
 }
 
-/// Number, quantity and unit of a question.
+/// Returns number, quantity and unit of a question.
 fn heading(brief: &Brief) -> String {
     let unit = match &*brief.unit {
         "" => String::new(),

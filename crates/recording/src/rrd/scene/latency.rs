@@ -33,7 +33,7 @@ impl LatencyScene {
         })
     }
 
-    /// Names and looks.
+    /// Returns the names and looks.
     pub fn begin(&self, rec: &RecordingStream) -> Written {
         let latency = format!("{} latency (ms)", self.meter);
         let period = self.period.iter().map(|period| {

@@ -95,7 +95,7 @@ impl Traffic {
         }
     }
 
-    /// Names and looks of the lines.
+    /// Returns the names and looks of the lines.
     pub fn begin(&self, rec: &RecordingStream) -> Written {
         lines::begin(rec, PER_SECOND, &self.lines(&["msg/s"]))?;
         lines::begin(rec, DROPPED, &self.lines(&["dropped"]))

@@ -152,14 +152,14 @@ impl KeyTable {
         rows.filter(move |row| has(row.needs))
     }
 
-    /// Keys and what they do, where there is what they need.
+    /// Returns the keys and what they do, where there is what they need.
     pub fn rows(&self, has: impl Fn(Need) -> bool) -> Vec<(&'static str, &'static str)> {
         self.available(has)
             .map(|row| (row.keys, row.help))
             .collect()
     }
 
-    /// Keys and what the footer says of them.
+    /// Returns the keys and what the footer says of them.
     pub fn hints(&self, has: impl Fn(Need) -> bool) -> Vec<(String, &'static str)> {
         self.available(has).filter_map(KeyRow::hint).collect()
     }

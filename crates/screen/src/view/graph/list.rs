@@ -205,7 +205,7 @@ impl TopicText<'_> {
         }
     }
 
-    /// Messages per second, in a constant width of seven columns.
+    /// Returns messages per second, in a constant width of seven columns.
     pub(super) fn rate(&self) -> String {
         let rate = self.topic.per_second;
         let decimals = usize::from(rate < 999.95);
