@@ -67,6 +67,7 @@ mod re_execution_graphs;
 mod real_clock;
 mod real_triggers;
 mod reproducibility;
+mod robot_pictures;
 mod rows;
 mod stability;
 mod stamps;

@@ -54,7 +54,7 @@ impl Robot {
     /// # Errors
     /// [`PlantDefect`] for a damaged record.
     pub(crate) fn recorded(record: &PlantRecord, spec: &PlantSpec) -> Result<Self, PlantDefect> {
-        let model = RobotModel::from_text(&record.model)?;
+        let model = RobotModel::from_text(&record.model)?.with_geoms(record.geoms.clone());
         let [positions, _, activations, controls] = model.sizes();
         let at = Reference {
             positions: record.positions.clone(),
@@ -86,6 +86,7 @@ impl Robot {
                 positions: at.positions.clone(),
                 controls: at.controls.clone(),
                 activations: at.activations.clone(),
+                geoms: model.geoms.to_vec(),
             },
             spec: spec.clone(),
             model,

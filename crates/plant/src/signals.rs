@@ -51,6 +51,25 @@ impl Robot {
         joints.chain(pushes).collect()
     }
 
+    /// The unit of a coordinate.
+    pub(crate) fn unit(&self, index: usize) -> &'static str {
+        let mut joints = self.model.joints.iter();
+        let mut left = index;
+        let joint = joints.find(|joint| {
+            let count = joint.numbers()[1];
+            let is_here = left < count;
+            if !is_here {
+                left -= count;
+            }
+            is_here
+        });
+        match joint.map(|joint| joint.kind) {
+            Some(JointKind::Slide) => "m",
+            Some(JointKind::Free) if left < 3 => "m",
+            _ => "rad",
+        }
+    }
+
     /// The names of the numbers of a state.
     pub(crate) fn state_names(&self) -> Vec<String> {
         let [positions, coordinates, activations, _] = self.model.sizes();

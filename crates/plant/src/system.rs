@@ -2,15 +2,15 @@
 
 use std::{
     path::Path,
-    sync::{Arc, Mutex},
+    sync::{Arc, Mutex, OnceLock},
     time::Duration,
 };
 
 use nalgebra::DMatrix;
 use ratelab::{ClockExit, Hz, Knob, Tick, Time, sync::lock};
 use ratelab_system::{
-    About, AgeLimits, Alias, BuildError, Builder, Group, Judge, PlantRecord, RobotInfo, RunTally,
-    Setup, Signal, System, SystemKnobs, Verdict, VerdictKind, WORLD,
+    About, AgeLimits, Alias, BuildError, Builder, Group, Judge, Picture, PlantRecord, RobotInfo,
+    RunTally, Setup, Signal, System, SystemKnobs, Verdict, VerdictKind, WORLD,
     graph_file::{PLANT, PLANT_POLICIES, PlantSpec},
     names::key,
     overload,
@@ -24,6 +24,7 @@ use crate::{
         ACTION, ACTUATOR, Law, NOISE, OBS, POLICY, RobotActuator, RobotPolicy, RobotSensor,
         SENSE_TO_ACT, SENSOR, STATE, SensorNoise,
     },
+    picture::RobotPainter,
     robot::{LossCause, Robot, SharedRobot},
     tally::RobotTally,
     theory::BearableDelay,
@@ -46,6 +47,8 @@ pub struct RobotPlant {
     laws: Mutex<Vec<(Hz, Law)>>,
     /// The notes on the controller at each rate.
     notes: Mutex<Vec<(Hz, Vec<String>)>>,
+    /// What draws the robot, from the first picture on.
+    painter: OnceLock<Option<RobotPainter>>,
 }
 
 impl RobotPlant {
@@ -91,6 +94,7 @@ impl RobotPlant {
             verdicts,
             laws: Mutex::default(),
             notes: Mutex::default(),
+            painter: OnceLock::new(),
         }
     }
 
@@ -370,6 +374,22 @@ impl Judge for RobotPlant {
 impl RobotInfo for RobotPlant {
     fn engine(&self) -> Option<(&str, &str)> {
         Some(("MuJoCo", mujoco_rs::mujoco_version()))
+    }
+
+    fn picture(&self, state: &[f64]) -> Option<Picture> {
+        self.picture_from(0, state)
+    }
+
+    fn sides(&self) -> usize {
+        RobotPainter::SIDES
+    }
+
+    fn picture_from(&self, side: usize, state: &[f64]) -> Option<Picture> {
+        let painter = || RobotPainter::new(self.robot.clone());
+        self.painter
+            .get_or_init(painter)
+            .as_ref()?
+            .draw(side, state)
     }
 }
 

@@ -161,6 +161,10 @@ fn outline(shape: &Shape) -> Vec<[f32; 2]> {
                 .map(|turn| point([x + radius * turn.cos(), y + radius * turn.sin()]))
                 .collect()
         }
+        Shape::Outline { corners } => {
+            let closed = corners.iter().chain(corners.first());
+            closed.copied().map(point).collect()
+        }
         Shape::Label { .. } => Vec::new(),
     }
 }
