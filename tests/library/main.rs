@@ -56,6 +56,7 @@ mod malformed_weights;
 mod matches;
 mod phases;
 mod plan_bars;
+mod plant_motions;
 mod plants;
 mod policies;
 mod policy_files;

@@ -15,6 +15,7 @@
 
 mod aliases;
 mod defect;
+mod disturbance;
 mod files;
 mod gains;
 mod geoms;
@@ -22,6 +23,7 @@ mod hull;
 mod linear;
 mod model;
 mod model_error;
+mod motion;
 mod nodes;
 mod picture;
 mod reference;
@@ -30,6 +32,7 @@ mod rounding;
 mod signals;
 mod system;
 mod tally;
+mod target;
 mod theory;
 mod world;
 
