@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use ratelab_experiment::Summary;
+use ratelab_plant::{BearableDelay, RobotPlant};
 use ratelab_system::{FigureValue, KnobText, System};
 
 use crate::{
@@ -188,4 +189,72 @@ fn no_other_motion_is_taken() {
         )]
         .into_iter(),
     );
+}
+
+/// Every row of the table of robots, with its numbers as `margins` finds them: nine of ten starts stand at
+/// the delay that is borne, and fewer a millisecond later.
+#[test]
+fn the_table_of_robots_is_measured() {
+    let root = crate::clone::root();
+    let page = std::fs::read_to_string(root.join("docs/plants.md")).expect("the page");
+    let cart_pole = root.join("crates/cart-pole/src/cartpole.xml");
+    let mut rows = 0;
+    for line in page.lines().filter(|line| line.starts_with("| ")) {
+        let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+        let Some((bears, theory)) = cells[2].split_once(" ms (") else {
+            continue;
+        };
+        rows += 1;
+        let name = cells[1].trim_matches('`');
+        let robot = match name {
+            "the cart-pole" => {
+                let keys = "mjcf = \"cartpole.xml\"\nlimits = { slider = 2.4, hinge = 0.2095 }\nstep_ms = 1";
+                loaded(cart_pole.parent().expect("a folder"), &text(keys))
+            }
+            _ => {
+                let folder = root.join("graphs/robots");
+                let file = std::fs::read_to_string(folder.join(format!("{name}.toml")));
+                loaded(&folder, &file.expect(name))
+            }
+        };
+        let (bears, theory): (u64, u64) = (number(bears), number(theory.trim_end_matches(')')));
+        let hz = ratelab::Hz::new(50.0).expect("a rate");
+        assert_eq!(
+            robot.1.bearable_delay(hz),
+            Some(BearableDelay::Ms(theory)),
+            "{name}"
+        );
+        let pole = robot.1.fastest_pole();
+        let pole = pole.map_or("none".to_owned(), |pole| format!("{pole:.2}/s"));
+        assert_eq!(pole, cells[3], "{name}");
+        let lost = |ms: u64| -> Vec<Summary> {
+            let run = |seed: u64| {
+                let setup =
+                    format!("until 10; seed {seed}; rate actuator 1000; link /action delay:{ms}");
+                run_of(robot.0.clone(), &config(&setup))
+            };
+            let runs = (0..10).map(run);
+            runs.filter(|summary| summary.verdict.is_lost()).collect()
+        };
+        assert!(lost(bears).len() <= 1, "{name}");
+        let beyond = lost(bears + 1);
+        assert!(beyond.len() > 1, "{name}");
+        assert_eq!(
+            beyond[0].verdict.name(),
+            format!("lost_{}", cells[4]),
+            "{name}"
+        );
+    }
+    assert_eq!(rows, 5);
+}
+
+fn number(text: &str) -> u64 {
+    text.parse().expect(text)
+}
+
+/// The system of a graph file, and its plant.
+fn loaded(folder: &std::path::Path, text: &str) -> (Arc<dyn System>, RobotPlant) {
+    let file = ratelab_system::graph_file::GraphFile::parse(text).expect(text);
+    let plant = RobotPlant::load(folder, file.plant().expect("a plant")).expect(text);
+    (opened(folder, text).expect(text), plant)
 }

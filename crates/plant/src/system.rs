@@ -146,6 +146,11 @@ impl RobotPlant {
         rates.take_while(is_steady).last()
     }
 
+    /// Returns how fast the fastest deviation grows without a controller (1/s); `None` if none grows.
+    pub fn fastest_pole(&self) -> Option<f64> {
+        self.robot.fastest_pole()
+    }
+
     /// The limit of the coordinates that the file names none for; `None` if it names all.
     pub fn other_limit(&self) -> Option<f64> {
         let (spec, groups) = (&self.robot.spec, self.robot.model.groups());
