@@ -224,7 +224,7 @@ fn the_table_of_robots_is_measured() {
             Some(BearableDelay::Ms(theory)),
             "{name}"
         );
-        let pole = robot.1.fastest_pole();
+        let pole = robot.1.poles().first().copied();
         let pole = pole.map_or("none".to_owned(), |pole| format!("{pole:.2}/s"));
         assert_eq!(pole, cells[3], "{name}");
         let lost = |ms: u64| -> Vec<Summary> {

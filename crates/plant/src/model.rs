@@ -7,6 +7,7 @@ use std::{
 };
 
 use base64::{Engine as _, prelude::BASE64_STANDARD};
+use mujoco_rs::error::MjEditError;
 use mujoco_rs::logging::set_log_handler;
 use mujoco_rs::mujoco_c::mjtDisableBit;
 use mujoco_rs::prelude::{MjData, MjModel, MjSpec, MjtJoint, MjtObjBase};
@@ -93,8 +94,24 @@ impl RobotModel {
     pub fn load(folder: &Path, mjcf: &str, step_ns: Option<u64>) -> Result<Self, RobotModelError> {
         keep_quiet();
         let path = files::checked(folder, mjcf)?;
+        Self::compiled(|| MjSpec::from_xml(&path), step_ns)
+    }
+
+    /// Reads the robot in `xml`, which names no other file: a part of the program.
+    ///
+    /// # Errors
+    /// As of [`load`](Self::load).
+    pub(crate) fn from_xml(xml: &str, step_ns: Option<u64>) -> Result<Self, RobotModelError> {
+        keep_quiet();
+        Self::compiled(|| MjSpec::from_xml_string(xml), step_ns)
+    }
+
+    fn compiled(
+        read: impl Fn() -> Result<MjSpec, MjEditError>,
+        step_ns: Option<u64>,
+    ) -> Result<Self, RobotModelError> {
         let compile = |physics_only| {
-            let mut spec = MjSpec::from_xml(&path).map_err(mujoco)?;
+            let mut spec = read().map_err(mujoco)?;
             spec.compiler_mut().set_discardvisual(physics_only);
             spec.compile().map_err(mujoco)
         };

@@ -63,6 +63,16 @@ impl RobotPlant {
         Ok(Self::new(Robot::new(model, spec)?))
     }
 
+    /// Returns the robot in `xml` with the settings of `spec`: both are parts of the program, and name no
+    /// file.
+    ///
+    /// # Errors
+    /// As of [`load`](Self::load).
+    pub fn built_in(xml: &str, spec: &PlantSpec) -> Result<Self, PlantDefect> {
+        let model = RobotModel::from_xml(xml, spec.step_ns)?;
+        Ok(Self::new(Robot::new(model, spec)?))
+    }
+
     /// Returns the robot of a recording, which needs no file.
     ///
     /// # Errors
@@ -146,9 +156,9 @@ impl RobotPlant {
         rates.take_while(is_steady).last()
     }
 
-    /// Returns how fast the fastest deviation grows without a controller (1/s); `None` if none grows.
-    pub fn fastest_pole(&self) -> Option<f64> {
-        self.robot.fastest_pole()
+    /// Returns how fast each deviation grows that grows without a controller (1/s), the fastest first.
+    pub fn poles(&self) -> Vec<f64> {
+        self.robot.poles()
     }
 
     /// The limit of the coordinates that the file names none for; `None` if it names all.

@@ -76,14 +76,14 @@ impl Robot {
         self.delayed(gains, period_s, 0).grows()
     }
 
-    /// Returns how fast the fastest deviation grows without a controller (1/s); `None` if none grows.
-    pub(crate) fn fastest_pole(&self) -> Option<f64> {
+    /// Returns how fast each deviation grows that grows without a controller (1/s), the fastest first.
+    pub(crate) fn poles(&self) -> Vec<f64> {
         let free = DelayedLoop {
             robot: self,
             matrix: self.linear.a.clone(),
             period_s: self.model.step_ns as f64 / 1e9,
         };
-        free.fastest()
+        free.growths()
     }
 
     /// Returns the coordinates that nothing holds, by their indices.
@@ -146,11 +146,11 @@ impl Robot {
 impl DelayedLoop<'_> {
     /// Whether a deviation grows that is seen on a coordinate with a limit.
     fn grows(&self) -> bool {
-        self.fastest().is_some()
+        !self.growths().is_empty()
     }
 
-    /// The growth of the fastest such deviation (1/s).
-    fn fastest(&self) -> Option<f64> {
+    /// The growths of such deviations (1/s), the fastest first.
+    fn growths(&self) -> Vec<f64> {
         let modes = self.modes(STEADY).into_iter();
         let seen = modes.filter(|mode| {
             let seen = self.shape(mode.value).is_some_and(|shape| {
@@ -162,7 +162,9 @@ impl DelayedLoop<'_> {
             });
             seen && mode.growth > STEADY
         });
-        seen.map(|mode| mode.growth).max_by(f64::total_cmp)
+        let mut growths: Vec<f64> = seen.map(|mode| mode.growth).collect();
+        growths.sort_by(|a, b| b.total_cmp(a));
+        growths
     }
 
     /// The modes that grow faster than `growth`, those above the real axis only.
