@@ -1,6 +1,6 @@
 //! Exercises on the rate of a control loop: predict, run, check.
 //!
-//! Stands on `ratelab`, `ratelab-metrics`, `ratelab-cart-pole`, `ratelab-recording`,
+//! Stands on `ratelab`, `ratelab-metrics`, `ratelab-cart-pole`, `ratelab-plant`, `ratelab-recording`,
 //! `ratelab-experiment` and `ratelab-system`; prints nothing: the command asks and prints. Begin with [`framework`]. A new
 //! exercise is a text in `questions.toml`, a module here with a row in `MEASURES`, and its figures in
 //! `bands.toml`; the tests name the other places.
@@ -19,7 +19,7 @@
 //! let findings = exercise.run()?;
 //! println!("{}\n{}", findings.table, findings.reconcile(exercise.brief(), &prediction));
 //! assert!(findings.checks(exercise.brief())?.iter().all(|check| check.holds()));
-//! assert_eq!(exercises::questions().len(), 21);
+//! assert_eq!(exercises::questions().len(), 23);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -28,6 +28,7 @@
 
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 
+mod another_robot;
 mod build;
 mod cliff;
 mod deep_queue;
@@ -49,7 +50,7 @@ use framework::{Answers, Brief, Exercise, Measure};
 use serde::Deserialize;
 
 /// What measures each question, by the name of its text.
-const MEASURES: [(&str, Measure); 21] = [
+const MEASURES: [(&str, Measure); 23] = [
     ("cliff", Measure::Alike(cliff::measure)),
     ("deeper-queue", Measure::Alike(deeper_queue::measure)),
     ("ties", Measure::Alike(ties::measure)),
@@ -78,6 +79,8 @@ const MEASURES: [(&str, Measure); 21] = [
     ("slow-chunk", Measure::Alike(slow_policy::chunk)),
     ("slow-knowledge", Measure::Alike(slow_policy::knowledge)),
     ("slow-disturbed", Measure::Alike(slow_policy::disturbed)),
+    ("robot-pole", Measure::Alike(another_robot::pole)),
+    ("robot-no-pole", Measure::Alike(another_robot::no_pole)),
 ];
 
 /// The texts of all questions.

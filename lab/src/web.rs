@@ -240,6 +240,7 @@ fn shape((style, shape): &(Style, Shape)) -> Value {
             angle,
         } => numbers("box", &[centre[0], centre[1], half[0], half[1], *angle]),
         Shape::Circle { centre, radius } => numbers("circle", &[centre[0], centre[1], *radius]),
+        Shape::Outline { corners } => numbers("outline", corners.as_flattened()),
         Shape::Label { at, text } => json!([style, "label", short(at[0]), short(at[1]), text]),
     }
 }

@@ -10,7 +10,7 @@ use tempfile::TempDir;
 use crate::{clone::root, support::*};
 
 /// A graph file with these keys of its plant.
-fn text(keys: &str) -> String {
+pub fn text(keys: &str) -> String {
     let mjcf = if keys.contains("mjcf") {
         ""
     } else {
@@ -19,13 +19,13 @@ fn text(keys: &str) -> String {
     format!("name = \"robot\"\n[plant]\n{mjcf}{keys}\n")
 }
 
-fn fixture(name: &str) -> String {
+pub fn fixture(name: &str) -> String {
     let path = root().join(format!("graphs/robots/{name}.xml"));
     fs::read_to_string(path).expect(name)
 }
 
 /// The system of a graph file whose models lie in `folder`.
-fn opened(folder: &Path, text: &str) -> Result<Arc<dyn System>, String> {
+pub fn opened(folder: &Path, text: &str) -> Result<Arc<dyn System>, String> {
     let told = |error: &dyn std::fmt::Display| error.to_string();
     let file = GraphFile::parse(text).map_err(|error| told(&error))?;
     let spec = file.plant().ok_or("no plant")?;
@@ -39,7 +39,7 @@ fn opened(folder: &Path, text: &str) -> Result<Arc<dyn System>, String> {
 }
 
 /// A folder with this model as `robot.xml`.
-fn folder(model: &str) -> TempDir {
+pub fn folder(model: &str) -> TempDir {
     let folder = TempDir::new().expect("a folder");
     fs::write(folder.path().join("robot.xml"), model).expect("a model");
     folder
@@ -281,7 +281,7 @@ const MODELS: &[(&str, &str)] = &[
 ];
 
 /// What is wrong with how a graph file is refused: the error is one line and has `expected` in it.
-fn ill_refused(folder: &Path, keys: &str, case: &str, expected: &str) -> Option<String> {
+pub fn ill_refused(folder: &Path, keys: &str, case: &str, expected: &str) -> Option<String> {
     match opened(folder, &text(keys)).err() {
         None => Some(format!("{case} is accepted")),
         Some(error) => {
@@ -292,7 +292,7 @@ fn ill_refused(folder: &Path, keys: &str, case: &str, expected: &str) -> Option<
 }
 
 /// Checks that no graph file is refused in a wrong way.
-fn check_refused(ill: impl Iterator<Item = Option<String>>) {
+pub fn check_refused(ill: impl Iterator<Item = Option<String>>) {
     let ill: Vec<String> = ill.flatten().collect();
     assert!(ill.is_empty(), "{}", ill.join("\n"));
 }

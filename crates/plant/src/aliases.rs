@@ -3,6 +3,7 @@
 use ratelab::KnobKind::{Depth, Parameter, Rate, Send, Takes};
 use ratelab_system::{Alias, graph_file::PLANT_POLICIES};
 
+use crate::disturbance::DISTURB;
 use crate::nodes::{ACTION, ACTUATOR, NOISE, OBS, POLICY, SENSOR};
 
 /// The names of its knobs, in the order of the help.
@@ -55,5 +56,12 @@ pub(crate) const ALIASES: &[Alias] = &[
         default: "0",
         choices: &[],
         help: "Standard deviation of what is added to each coordinate and speed of a reading (m, rad, m/s, rad/s)",
+    },
+    Alias {
+        name: DISTURB,
+        knobs: &[(Parameter, "actuator disturb")],
+        default: "0",
+        choices: &[],
+        help: "A joint with the standard deviation of a random push on it (N, N m), new every 20 ms",
     },
 ];

@@ -15,18 +15,24 @@
 
 mod aliases;
 mod defect;
+mod disturbance;
 mod files;
 mod gains;
+mod geoms;
+mod hull;
 mod linear;
 mod model;
 mod model_error;
+mod motion;
 mod nodes;
+mod picture;
 mod reference;
 mod robot;
 mod rounding;
 mod signals;
 mod system;
 mod tally;
+mod target;
 mod theory;
 mod world;
 

@@ -7,12 +7,15 @@ use std::{
 };
 
 use base64::{Engine as _, prelude::BASE64_STANDARD};
+use mujoco_rs::error::MjEditError;
 use mujoco_rs::logging::set_log_handler;
 use mujoco_rs::mujoco_c::mjtDisableBit;
 use mujoco_rs::prelude::{MjData, MjModel, MjSpec, MjtJoint, MjtObjBase};
 use mujoco_rs::wrappers::mj_logging::MjtLogLevel;
 
-use crate::{BodyData, files, model_error::RobotModelError};
+use ratelab_system::GeomRecord;
+
+use crate::{BodyData, files, geoms, model_error::RobotModelError};
 
 /// The most degrees of freedom of a robot.
 pub(crate) const MOST_COORDINATES: usize = 100;
@@ -79,6 +82,8 @@ pub struct RobotModel {
     /// Step of physics (ns).
     pub(crate) step_ns: u64,
     text: Arc<str>,
+    /// What is drawn of it.
+    pub(crate) geoms: Arc<[GeomRecord]>,
 }
 
 impl RobotModel {
@@ -89,13 +94,31 @@ impl RobotModel {
     pub fn load(folder: &Path, mjcf: &str, step_ns: Option<u64>) -> Result<Self, RobotModelError> {
         keep_quiet();
         let path = files::checked(folder, mjcf)?;
+        Self::compiled(|| MjSpec::from_xml(&path), step_ns)
+    }
+
+    /// Reads the robot in `xml`, which names no other file: a part of the program.
+    ///
+    /// # Errors
+    /// As of [`load`](Self::load).
+    pub(crate) fn from_xml(xml: &str, step_ns: Option<u64>) -> Result<Self, RobotModelError> {
+        keep_quiet();
+        Self::compiled(|| MjSpec::from_xml_string(xml), step_ns)
+    }
+
+    fn compiled(
+        read: impl Fn() -> Result<MjSpec, MjEditError>,
+        step_ns: Option<u64>,
+    ) -> Result<Self, RobotModelError> {
         let compile = |physics_only| {
-            let mut spec = MjSpec::from_xml(&path).map_err(mujoco)?;
+            let mut spec = read().map_err(mujoco)?;
             spec.compiler_mut().set_discardvisual(physics_only);
             spec.compile().map_err(mujoco)
         };
+        let (physics, whole) = (compile(true), compile(false));
+        let geoms = whole.as_ref().ok().map(geoms::drawn);
         // Where geoms that only show give the robot its inertia, they stay.
-        let mut model = compile(true).or_else(|_: RobotModelError| compile(false))?;
+        let mut model = physics.or(whole)?;
         let step_ns = match step_ns {
             Some(step_ns) => step_ns,
             None => step_of(&model)?,
@@ -106,7 +129,22 @@ impl RobotModel {
             // SAFETY: data is made of the model afterwards, with the memory that this asks for.
             unsafe { model.ffi_mut() }.narena = ARENA[0];
         }
-        Self::bounded(model)
+        let robot = Self::bounded(model)?;
+        Ok(match geoms {
+            Some(geoms) => robot.with_geoms(geoms),
+            None => robot,
+        })
+    }
+
+    /// Draws these geoms, if they are on its bodies.
+    pub(crate) fn with_geoms(self, geoms: Vec<GeomRecord>) -> Self {
+        if geoms.is_empty() || !geoms::are_sound(&geoms, self.mujoco.ffi().nbody as usize) {
+            return self;
+        }
+        Self {
+            geoms: geoms.into(),
+            ..self
+        }
     }
 
     /// Reads the robot that [`text`](Self::text) wrote.
@@ -170,6 +208,7 @@ impl RobotModel {
             joints: joints.into(),
             coordinates,
             step_ns,
+            geoms: geoms::drawn(&model).into(),
             mujoco: Arc::new(model),
         })
     }

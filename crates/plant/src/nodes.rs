@@ -11,7 +11,9 @@ use ratelab_system::{SharedWorld, graph_file::PLANT_POLICIES};
 
 use crate::{
     PlantDefect,
+    disturbance::{DISTURB, JointPushes},
     robot::SharedRobot,
+    target::TargetReader,
     world::{FreeRobot, RobotRow},
 };
 
@@ -154,13 +156,21 @@ pub(crate) struct RobotPolicy {
     pub(crate) laws: Vec<Law>,
     pub(crate) readings: Subscription<RobotRow>,
     pub(crate) actions: Publisher<RobotRow>,
+    pub(crate) target: TargetReader,
 }
 
 impl Node for RobotPolicy {
     fn tick(&mut self, tick: &mut Tick) -> TickResult {
         if let Some(reading) = tick.read(&mut self.readings) {
-            let controls = self.law.controls(&self.robot, &reading.data.0);
-            tick.publish(&self.actions, RobotRow(controls.into()));
+            let seen = self.target.seen(tick, &self.robot, &reading.data);
+            let controls = self.law.controls(&self.robot, &seen.0);
+            let controls = RobotRow(controls.into());
+            // The age of a push is that of the reading, whatever the age of the target.
+            if self.target.0.is_some() {
+                tick.publish_from(&self.actions, controls, &reading);
+            } else {
+                tick.publish(&self.actions, controls);
+            }
         }
         Ok(Flow::Continue)
     }
@@ -175,6 +185,7 @@ impl Node for RobotPolicy {
 
 /// Applies the newest controls.
 pub(crate) struct RobotActuator {
+    pub(crate) robot: SharedRobot,
     pub(crate) plant: SharedWorld<FreeRobot>,
     pub(crate) actions: Subscription<RobotRow>,
     pub(crate) sense_to_act: MeterRecorder,
@@ -198,5 +209,15 @@ impl Node for RobotActuator {
         }
         self.plant.at(now).push(now, command);
         Ok(Flow::Continue)
+    }
+
+    /// Sets the pushes on joints.
+    fn set_parameter(&mut self, name: &str, value: &str, now: Time) -> Result<String, NodeError> {
+        if name != DISTURB {
+            return Err(format!("the actuator has no parameter {name:?}").into());
+        }
+        let pushes = JointPushes::parse(&self.robot, value)?;
+        let before = self.plant.at(now).disturb(now, pushes);
+        Ok(before.text().to_owned())
     }
 }

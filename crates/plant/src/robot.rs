@@ -13,6 +13,7 @@ use crate::{
     linear::LinearRobot,
     model::{JointKind, RobotModel},
     model_error::RobotModelError,
+    motion::{JointMotion, motions},
     reference::{Reference, found},
 };
 
@@ -33,6 +34,8 @@ pub struct Robot {
     /// The greatest speed of a coordinate at the start.
     start: f64,
     pub(crate) spec: PlantSpec,
+    /// What moves of the reference.
+    pub(crate) motions: Vec<JointMotion>,
     /// One step of physics near the reference.
     pub(crate) linear: LinearRobot,
     /// What a recording keeps.
@@ -54,7 +57,7 @@ impl Robot {
     /// # Errors
     /// [`PlantDefect`] for a damaged record.
     pub(crate) fn recorded(record: &PlantRecord, spec: &PlantSpec) -> Result<Self, PlantDefect> {
-        let model = RobotModel::from_text(&record.model)?;
+        let model = RobotModel::from_text(&record.model)?.with_geoms(record.geoms.clone());
         let [positions, _, activations, controls] = model.sizes();
         let at = Reference {
             positions: record.positions.clone(),
@@ -86,8 +89,10 @@ impl Robot {
                 positions: at.positions.clone(),
                 controls: at.controls.clone(),
                 activations: at.activations.clone(),
+                geoms: model.geoms.to_vec(),
             },
             spec: spec.clone(),
+            motions: motions(&model, &spec.reference)?,
             model,
             at,
         })
@@ -179,6 +184,11 @@ impl Robot {
         let mut deviation = mujoco
             .differentiate_pos(1.0, &self.at.positions, places)
             .into_vec();
+        // What the reference has moved by stands behind a state.
+        let moved = rest.get(activations..).unwrap_or_default();
+        for (index, by) in self.moving_coordinates().into_iter().zip(moved) {
+            deviation[index] -= by;
+        }
         deviation.extend(speeds);
         let pairs = active.iter().zip(&self.at.activations);
         deviation.extend(pairs.map(|(active, at)| active - at));

@@ -48,7 +48,79 @@ impl Robot {
                     range: range.unwrap_or([at - half, at + half]),
                 }
             });
-        joints.chain(pushes).collect()
+        joints.chain(pushes).chain(self.errors()).collect()
+    }
+
+    /// The plots of the distances from a reference that moves.
+    fn errors(&self) -> Vec<Signal> {
+        let [positions, coordinates, activations, controls] = self.model.sizes();
+        let behind = controls + positions + coordinates + activations;
+        let errors = self
+            .moving_coordinates()
+            .into_iter()
+            .enumerate()
+            .filter_map(|(number, index)| {
+                let name = &self.model.coordinates[index];
+                let joint = self.model.joints.iter().find(|joint| joint.name == *name)?;
+                let (place, here) = (controls + joint.position, self.at.positions[joint.position]);
+                let error = move |row: &[f64]| {
+                    let [now, moved] =
+                        [place, behind + number].map(|index| row.get(index).copied());
+                    now.zip(moved)
+                        .map_or(f64::NAN, |(now, moved)| now - here - moved)
+                };
+                let limit = Some(self.limits[index]).filter(|limit| limit.is_finite());
+                let widest = 1.2 * limit.unwrap_or(1.0);
+                Some(Signal {
+                    name: format!("{name} error").into(),
+                    unit: self.unit(index).into(),
+                    topic: STATE.into(),
+                    value: SignalValue::new(error),
+                    limits: limit.map(|limit| [-limit, limit]),
+                    range: [-widest, widest],
+                })
+            });
+        errors.collect()
+    }
+
+    /// The names of what a state has behind its numbers where the reference moves.
+    pub(crate) fn moving_names(&self) -> Vec<String> {
+        let indices = self.moving_coordinates().into_iter();
+        let name = |index: usize| {
+            format!(
+                "{} reference ({})",
+                self.model.coordinates[index],
+                self.unit(index)
+            )
+        };
+        indices.map(name).collect()
+    }
+
+    /// The names of the numbers of a target.
+    pub(crate) fn target_names(&self) -> Vec<String> {
+        let groups = 0..self.limits.len();
+        let amounts = groups.clone().map(|index| self.coordinate(index));
+        let speeds = groups.map(|index| format!("{} speed", self.coordinate(index)));
+        amounts.chain(speeds).collect()
+    }
+
+    /// The unit of a coordinate.
+    pub(crate) fn unit(&self, index: usize) -> &'static str {
+        let mut joints = self.model.joints.iter();
+        let mut left = index;
+        let joint = joints.find(|joint| {
+            let count = joint.numbers()[1];
+            let is_here = left < count;
+            if !is_here {
+                left -= count;
+            }
+            is_here
+        });
+        match joint.map(|joint| joint.kind) {
+            Some(JointKind::Slide) => "m",
+            Some(JointKind::Free) if left < 3 => "m",
+            _ => "rad",
+        }
     }
 
     /// The names of the numbers of a state.

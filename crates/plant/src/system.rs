@@ -2,15 +2,15 @@
 
 use std::{
     path::Path,
-    sync::{Arc, Mutex},
+    sync::{Arc, Mutex, OnceLock},
     time::Duration,
 };
 
 use nalgebra::DMatrix;
-use ratelab::{ClockExit, Hz, Knob, Tick, Time, sync::lock};
+use ratelab::{ClockExit, Hz, Knob, Tick, Time, Topic, sync::lock};
 use ratelab_system::{
-    About, AgeLimits, Alias, BuildError, Builder, Group, Judge, PlantRecord, RobotInfo, RunTally,
-    Setup, Signal, System, SystemKnobs, Verdict, VerdictKind, WORLD,
+    About, AgeLimits, Alias, BuildError, Builder, Group, Judge, Picture, PlantRecord, RobotInfo,
+    RunTally, Setup, SharedWorld, Signal, System, SystemKnobs, Verdict, VerdictKind, WORLD,
     graph_file::{PLANT, PLANT_POLICIES, PlantSpec},
     names::key,
     overload,
@@ -19,13 +19,16 @@ use ratelab_system::{
 use crate::{
     PlantDefect,
     aliases::ALIASES,
+    disturbance::{DISTURB, JointPushes},
     model::RobotModel,
     nodes::{
         ACTION, ACTUATOR, Law, NOISE, OBS, POLICY, RobotActuator, RobotPolicy, RobotSensor,
         SENSE_TO_ACT, SENSOR, STATE, SensorNoise,
     },
+    picture::RobotPainter,
     robot::{LossCause, Robot, SharedRobot},
     tally::RobotTally,
+    target::{RobotTarget, TARGET, TARGET_NODE, TargetReader},
     theory::BearableDelay,
     world::{FreeRobot, JUDGED_NS, RobotRow},
 };
@@ -46,6 +49,8 @@ pub struct RobotPlant {
     laws: Mutex<Vec<(Hz, Law)>>,
     /// The notes on the controller at each rate.
     notes: Mutex<Vec<(Hz, Vec<String>)>>,
+    /// What draws the robot, from the first picture on.
+    painter: OnceLock<Option<RobotPainter>>,
 }
 
 impl RobotPlant {
@@ -55,6 +60,16 @@ impl RobotPlant {
     /// [`PlantDefect`] for unreadable files, a model beyond the bounds, and a pose that nothing holds.
     pub fn load(folder: &Path, spec: &PlantSpec) -> Result<Self, PlantDefect> {
         let model = RobotModel::load(folder, &spec.mjcf, spec.step_ns)?;
+        Ok(Self::new(Robot::new(model, spec)?))
+    }
+
+    /// Returns the robot in `xml` with the settings of `spec`: both are parts of the program, and name no
+    /// file.
+    ///
+    /// # Errors
+    /// As of [`load`](Self::load).
+    pub fn built_in(xml: &str, spec: &PlantSpec) -> Result<Self, PlantDefect> {
+        let model = RobotModel::from_xml(xml, spec.step_ns)?;
         Ok(Self::new(Robot::new(model, spec)?))
     }
 
@@ -91,6 +106,7 @@ impl RobotPlant {
             verdicts,
             laws: Mutex::default(),
             notes: Mutex::default(),
+            painter: OnceLock::new(),
         }
     }
 
@@ -140,6 +156,11 @@ impl RobotPlant {
         rates.take_while(is_steady).last()
     }
 
+    /// Returns how fast each deviation grows that grows without a controller (1/s), the fastest first.
+    pub fn poles(&self) -> Vec<f64> {
+        self.robot.poles()
+    }
+
     /// The limit of the coordinates that the file names none for; `None` if it names all.
     pub fn other_limit(&self) -> Option<f64> {
         let (spec, groups) = (&self.robot.spec, self.robot.model.groups());
@@ -173,6 +194,40 @@ impl RobotPlant {
             .collect();
         known.push((hz, notes.clone()));
         notes
+    }
+
+    /// Adds the robot that moves by itself, with the topic of its states.
+    fn plant(&self, builder: &mut Builder<'_>) -> Result<SharedWorld<FreeRobot>, BuildError> {
+        let robot = &self.robot;
+        let fields = [
+            robot.model.control_names(),
+            robot.state_names(),
+            robot.moving_names(),
+        ];
+        let rows = builder.internal_topic::<RobotRow>(STATE);
+        builder.record_as(rows.clone(), fields.concat());
+        let world = FreeRobot::new(robot.clone(), builder.seed()).map_err(setting)?;
+        let judged_hz = 1e9 / JUDGED_NS as f64;
+        builder.own_world(world, judged_hz, |wiring| {
+            let rows = wiring.publisher(&rows);
+            move |plant: &FreeRobot, tick: &mut Tick| plant.judge(tick, &rows)
+        })
+    }
+
+    /// Adds the node that moves the reference, if it moves; returns what the policy reads of it.
+    fn targets(&self, builder: &mut Builder<'_>) -> Result<Option<Topic<RobotRow>>, BuildError> {
+        if !self.robot.is_moving() {
+            return Ok(None);
+        }
+        let targets = builder.internal_topic::<RobotRow>(TARGET);
+        builder.record_as(targets.clone(), self.robot.target_names());
+        let (robot, published) = (self.robot.clone(), targets.clone());
+        let rate = self.robot.spec.rate;
+        builder.node(TARGET_NODE, rate.get(), 0, move |wiring| RobotTarget {
+            robot: robot.clone(),
+            targets: wiring.publisher(&published),
+        })?;
+        builder.through(&targets, 0).map(Some)
     }
 
     /// The law of a run with `setup`, and its rate.
@@ -226,14 +281,7 @@ impl System for RobotPlant {
         builder.record_as(readings.clone(), states.iter());
         let actions = builder.internal_topic::<RobotRow>(ACTION);
         builder.record_as(actions.clone(), controls.iter());
-        let rows = builder.internal_topic::<RobotRow>(STATE);
-        builder.record_as(rows.clone(), controls.iter().chain(&states));
-        let world = FreeRobot::new(self.robot.clone(), builder.seed()).map_err(setting)?;
-        let judged_hz = 1e9 / JUDGED_NS as f64;
-        let plant = builder.own_world(world, judged_hz, |wiring| {
-            let rows = wiring.publisher(&rows);
-            move |plant: &FreeRobot, tick: &mut Tick| plant.judge(tick, &rows)
-        })?;
+        let plant = self.plant(builder)?;
         let (robot, seen, seed) = (self.robot.clone(), plant.clone(), builder.seed());
         let published = readings.clone();
         builder.node(SENSOR, rate.get(), 0, move |wiring| RobotSensor {
@@ -244,6 +292,7 @@ impl System for RobotPlant {
             seed,
         })?;
         let readings = builder.through(&readings, 0)?;
+        let targets = self.targets(builder)?;
         let (robot, laws, published) = (
             self.robot.clone(),
             laws.collect::<Vec<_>>(),
@@ -255,9 +304,12 @@ impl System for RobotPlant {
             laws: laws.clone(),
             readings: wiring.subscription(&readings),
             actions: wiring.publisher(&published),
+            target: TargetReader(targets.as_ref().map(|targets| wiring.subscription(targets))),
         })?;
         let actions = builder.through(&actions, 1)?;
+        let robot = self.robot.clone();
         builder.node(ACTUATOR, rate.get(), 2, move |wiring| RobotActuator {
+            robot: robot.clone(),
             plant: plant.clone(),
             actions: wiring.subscription(&actions),
             sense_to_act: wiring.meter(SENSE_TO_ACT),
@@ -274,6 +326,7 @@ impl System for RobotPlant {
                 (POLICY, "decides"),
                 (ACTUATOR, "pushes"),
                 (WORLD, "moves by itself"),
+                (TARGET_NODE, "moves the reference"),
             ],
             settings: &self.settings,
             plant: Some(&self.robot.record),
@@ -282,7 +335,9 @@ impl System for RobotPlant {
     }
 
     fn groups(&self) -> Vec<Group> {
-        vec![Group::new(PLANT, [WORLD, SENSOR, ACTUATOR])]
+        let target = self.robot.is_moving().then_some(TARGET_NODE);
+        let nodes = [WORLD, SENSOR, ACTUATOR].into_iter().chain(target);
+        vec![Group::new(PLANT, nodes)]
     }
 
     fn signals(&self) -> Vec<Signal> {
@@ -371,6 +426,22 @@ impl RobotInfo for RobotPlant {
     fn engine(&self) -> Option<(&str, &str)> {
         Some(("MuJoCo", mujoco_rs::mujoco_version()))
     }
+
+    fn picture(&self, state: &[f64]) -> Option<Picture> {
+        self.picture_from(0, state)
+    }
+
+    fn sides(&self) -> usize {
+        RobotPainter::SIDES
+    }
+
+    fn picture_from(&self, side: usize, state: &[f64]) -> Option<Picture> {
+        let painter = || RobotPainter::new(self.robot.clone());
+        self.painter
+            .get_or_init(painter)
+            .as_ref()?
+            .draw(side, state)
+    }
 }
 
 impl SystemKnobs for RobotPlant {
@@ -387,6 +458,13 @@ impl SystemKnobs for RobotPlant {
     }
 
     fn parameter(&self, [node, name]: [&str; 2], value: &str) -> Result<String, String> {
+        if [node, name] == [ACTUATOR, DISTURB] {
+            let pushes = JointPushes::parse(&self.robot, value);
+            return pushes.map_or_else(
+                |why| Err(why.to_string()),
+                |pushes| Ok(pushes.text().to_owned()),
+            );
+        }
         if [node, name] != [SENSOR, NOISE] {
             return Err(format!("{node} has no parameter {name:?}"));
         }

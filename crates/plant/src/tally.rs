@@ -8,6 +8,8 @@ use crate::{nodes::STATE, robot::SharedRobot};
 pub(crate) struct RobotTally {
     robot: SharedRobot,
     sum: f64,
+    /// The squares of the distances from a reference that moves.
+    errors: f64,
     rows: u64,
 }
 
@@ -17,6 +19,7 @@ impl RobotTally {
         Self {
             robot,
             sum: 0.0,
+            errors: 0.0,
             rows: 0,
         }
     }
@@ -31,16 +34,25 @@ impl RunTally for RobotTally {
         if let Some(cost) = self.robot.cost(row) {
             self.sum += cost;
             self.rows += 1;
+            self.errors += self.robot.error(row).unwrap_or_default();
         }
     }
 
     fn figures(&self) -> Vec<SystemFigure> {
         let mean = (self.rows > 0).then(|| self.sum / self.rows as f64);
-        vec![SystemFigure {
+        let cost = SystemFigure {
             block: None,
             name: "plant_cost",
             text: "mean of (x/limit)^2 + (u/half range)^2: {}",
             value: FigureValue::Number(mean),
-        }]
+        };
+        let error = (self.rows > 0).then(|| (self.errors / self.rows as f64).sqrt());
+        let tracking = self.robot.is_moving().then_some(SystemFigure {
+            block: None,
+            name: "tracking_error",
+            text: "tracking error {} m, rad: root mean square distance from the reference",
+            value: FigureValue::Number(error),
+        });
+        [cost].into_iter().chain(tracking).collect()
     }
 }

@@ -76,6 +76,16 @@ impl Robot {
         self.delayed(gains, period_s, 0).grows()
     }
 
+    /// Returns how fast each deviation grows that grows without a controller (1/s), the fastest first.
+    pub(crate) fn poles(&self) -> Vec<f64> {
+        let free = DelayedLoop {
+            robot: self,
+            matrix: self.linear.a.clone(),
+            period_s: self.model.step_ns as f64 / 1e9,
+        };
+        free.growths()
+    }
+
     /// Returns the coordinates that nothing holds, by their indices.
     pub(crate) fn free_coordinates(&self, gains: &DMatrix<f64>, period_s: f64) -> Vec<usize> {
         let here = self.delayed(gains, period_s, 0);
@@ -136,7 +146,13 @@ impl Robot {
 impl DelayedLoop<'_> {
     /// Whether a deviation grows that is seen on a coordinate with a limit.
     fn grows(&self) -> bool {
-        self.modes(STEADY).into_iter().any(|mode| {
+        !self.growths().is_empty()
+    }
+
+    /// The growths of such deviations (1/s), the fastest first.
+    fn growths(&self) -> Vec<f64> {
+        let modes = self.modes(STEADY).into_iter();
+        let seen = modes.filter(|mode| {
             let seen = self.shape(mode.value).is_some_and(|shape| {
                 let limits = self.robot.limits.iter();
                 let limited = limits
@@ -145,7 +161,10 @@ impl DelayedLoop<'_> {
                 limited.map(|(_, part)| *part).fold(0.0, f64::max) > PART * shape.amax()
             });
             seen && mode.growth > STEADY
-        })
+        });
+        let mut growths: Vec<f64> = seen.map(|mode| mode.growth).collect();
+        growths.sort_by(|a, b| b.total_cmp(a));
+        growths
     }
 
     /// The modes that grow faster than `growth`, those above the real axis only.

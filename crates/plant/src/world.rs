@@ -6,7 +6,7 @@ use ratelab::{Flow, Message, Publisher, Tick, Time};
 use ratelab_metrics::Fields;
 use ratelab_system::{StepInput, World};
 
-use crate::{BodyData, model_error::RobotModelError, robot::SharedRobot};
+use crate::{BodyData, disturbance::JointPushes, model_error::RobotModelError, robot::SharedRobot};
 
 /// The interval at which it is judged whether a run is lost (ns).
 pub(crate) const JUDGED_NS: u64 = 20_000_000;
@@ -39,6 +39,10 @@ pub(crate) struct FreeRobot {
     taken: Arc<[f64]>,
     /// Run time of the sensing behind the controls in force.
     sensed: Option<Time>,
+    pushes: StepInput<JointPushes>,
+    /// Whether the last step was pushed.
+    is_pushed: bool,
+    seed: u64,
 }
 
 impl FreeRobot {
@@ -52,6 +56,9 @@ impl FreeRobot {
             input: StepInput::new(controls.clone()),
             taken: controls,
             sensed: None,
+            pushes: StepInput::new(JointPushes::none()),
+            is_pushed: false,
+            seed,
         })
     }
 
@@ -66,13 +73,25 @@ impl FreeRobot {
         let mut controls = command.data.0.to_vec();
         self.robot.model.clip(&mut controls);
         self.sensed = command.origin;
-        let begin = Time::from_nanos(self.steps.saturating_mul(self.robot.model.step_ns));
-        self.input.set(controls.into(), now, begin);
+        self.input.set(controls.into(), now, self.next_begin());
+    }
+
+    /// Pushes joints in steps that begin at run time `now` or later; returns the pushes before.
+    pub(crate) fn disturb(&mut self, now: Time, pushes: JointPushes) -> JointPushes {
+        let before = self.pushes.last_set().clone();
+        self.pushes.set(pushes, now, self.next_begin());
+        before
+    }
+
+    /// Run time at which the next step begins.
+    fn next_begin(&self) -> Time {
+        Time::from_nanos(self.steps.saturating_mul(self.robot.model.step_ns))
     }
 
     /// Publishes the state, and ends the run if it is lost.
     pub(crate) fn judge(&self, tick: &mut Tick, states: &Publisher<RobotRow>) -> Flow {
-        let state = self.state();
+        let mut state = self.state();
+        state.extend(self.robot.moved(tick.now()));
         if tick.now() > Time::ZERO {
             let row = [&*self.taken, &state].concat();
             tick.publish_stamped(states, RobotRow(row.into()), self.sensed);
@@ -85,9 +104,15 @@ impl FreeRobot {
 
     fn integrate(&mut self, steps: u64) {
         self.data.ctrl_mut().copy_from_slice(self.input.next());
-        for _ in 0..steps {
+        let pushes = self.pushes.next();
+        for step in self.steps..self.steps + steps {
+            if self.is_pushed || !pushes.is_none() {
+                let begin_ns = step.saturating_mul(self.robot.model.step_ns);
+                pushes.push(&mut self.data, self.seed, begin_ns / JUDGED_NS);
+            }
             self.data.step();
         }
+        self.is_pushed = !pushes.is_none();
         self.taken = self.input.next().clone();
         self.steps += steps;
     }
@@ -99,9 +124,10 @@ impl World for FreeRobot {
         if steps <= self.steps {
             return;
         }
-        if self.input.changes() {
+        if self.input.changes() || self.pushes.changes() {
             self.integrate(1);
             self.input.go_on();
+            self.pushes.go_on();
         }
         if steps > self.steps {
             self.integrate(steps - self.steps);

@@ -53,6 +53,8 @@ pub struct Panes {
     pub focus: Pane,
     /// Whether the focused pane has the whole screen.
     pub zoomed: bool,
+    /// The side from which the plant is seen.
+    pub side: usize,
     /// Position and zoom of the timeline.
     pub timeline: TimelineView,
     /// The page over the panes, and the number of its lines above the first that is shown.

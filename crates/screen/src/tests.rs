@@ -14,6 +14,7 @@ mod pictures;
 mod plans;
 mod prompt;
 mod rescue;
+mod robots;
 pub mod sample;
 mod sessions;
 mod stuck;

@@ -99,7 +99,7 @@ pub use overload::overload;
 pub(crate) use overload::{FULL, cost_of, shortest_ms};
 pub use plan_bars::{BarPart, PlanBar, PlanBars};
 pub use planning::{ActionPlan, Planning, PlayStep, Spoiler};
-pub use plant_record::PlantRecord;
+pub use plant_record::{GeomRecord, PlantRecord};
 pub use robot::{JointValues, Joints, Picture, RobotInfo, Shape, StateTable, Style};
 pub use setup::Setup;
 pub use system::{System, acting, plant};

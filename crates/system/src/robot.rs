@@ -15,6 +15,18 @@ pub trait RobotInfo {
         None
     }
 
+    /// Returns the number of sides from which the plant can be seen.
+    fn sides(&self) -> usize {
+        1
+    }
+
+    /// Draws the plant from the side with this number, counted from 0: that of
+    /// [`picture`](Self::picture).
+    fn picture_from(&self, side: usize, state: &[f64]) -> Option<Picture> {
+        let _ = side;
+        self.picture(state)
+    }
+
     /// Returns the table format of its states, if it differs from run time and numbers.
     fn table(&self) -> Option<StateTable> {
         None
@@ -97,6 +109,11 @@ pub enum Shape {
         centre: [f64; 2],
         /// Radius (m).
         radius: f64,
+    },
+    /// A closed line.
+    Outline {
+        /// Its corners (m).
+        corners: Vec<[f64; 2]>,
     },
     /// A text.
     Label {

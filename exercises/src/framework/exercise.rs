@@ -6,7 +6,8 @@ use ratelab_experiment::{
     Config, Table,
     sweep::{AxisError, SweepError},
 };
-use ratelab_system::{BuildError, KnobTextError};
+use ratelab_plant::PlantDefect;
+use ratelab_system::{BuildError, KnobTextError, graph_file::GraphFileError};
 use thiserror::Error;
 
 use super::{
@@ -267,6 +268,12 @@ pub enum Failure {
     /// An invalid knob.
     #[error(transparent)]
     Knob(#[from] KnobTextError),
+    /// A graph file that is a part of the program.
+    #[error(transparent)]
+    Graph(#[from] GraphFileError),
+    /// A robot that is a part of the program.
+    #[error(transparent)]
+    Robot(#[from] PlantDefect),
     /// An invalid list of values.
     #[error(transparent)]
     Axis(#[from] AxisError),

@@ -24,6 +24,6 @@ pub(crate) use ratelab_experiment::Table;
 pub(crate) use exercise::{Measure, hz, mean_ms};
 pub(crate) use runs::{
     KnobRuns, RecordedRun, angle_deg, asked, cart_pole, control_loop, edge, obs_dropped, own_world,
-    record, survey, widest_deg,
+    record, survey, survey_of, widest_deg,
 };
 pub(crate) use unit::SplitMix;

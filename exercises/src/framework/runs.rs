@@ -12,7 +12,7 @@ use ratelab_experiment::{
     Config, Experiment, Summary,
     sweep::{CellResult, Sweep, SweepAxis, all_cores},
 };
-use ratelab_system::WorldKind;
+use ratelab_system::{KnobText, System, WorldKind};
 
 use super::{Failure, Measurement, mean_ms};
 
@@ -127,11 +127,23 @@ pub(crate) fn survey<T: ToString, const VALUES: usize>(
     values: [T; VALUES],
     starts: u64,
 ) -> Result<[KnobRuns; VALUES], Failure> {
+    survey_of(cart_pole(), base, knob, values, starts)
+}
+
+/// The same with another system.
+pub(crate) fn survey_of<T: ToString, const VALUES: usize>(
+    system: Arc<dyn System>,
+    base: Config,
+    knob: &str,
+    values: [T; VALUES],
+    starts: u64,
+) -> Result<[KnobRuns; VALUES], Failure> {
     let texts = values.map(|value| value.to_string());
+    let knobs = KnobText(system.knobs().aliases());
     let sweep = Sweep {
-        axes: vec![SweepAxis::from_texts(CartPole::KNOBS, knob, texts.clone())?],
+        axes: vec![SweepAxis::from_texts(knobs, knob, texts.clone())?],
         seeds: (0..starts).collect(),
-        ..Sweep::new(cart_pole(), base)
+        ..Sweep::new(system, base)
     };
     let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()))?;
     let mut runs = swept.finished().map(|(_, run)| run.clone());

@@ -10,8 +10,8 @@ use super::{heading, values::ValueError};
 #[derive(Debug, Args)]
 #[command(override_usage = "ratelab exercise [N] [OPTIONS]\n       ratelab exercise check [N]")]
 pub struct ExerciseArgs {
-    /// The number of an exercise (1 to 13), one of its questions (6a to 6d, 7a, 7b, 8a, 8b,
-    /// 9a, 9b, 13a to 13c), or check; without it they are listed.
+    /// The number of an exercise (1 to 14), one of its questions (6a to 6d, 7a, 7b, 8a, 8b,
+    /// 9a, 9b, 13a to 13c, 14a, 14b), or check; without it they are listed.
     #[arg(value_name = "N | check")]
     pub what: Option<Wanted>,
 

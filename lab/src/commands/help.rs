@@ -36,7 +36,7 @@ pub fn print_keys(program: &Program) -> Result<(), Error> {
         Need::Course => program.course,
         Need::Breakable => program.system.knobs().broken().is_some(),
         Need::OwnWorld => own_world,
-        Need::Nothing | Need::Choices | Need::SecondRate => true,
+        Need::Nothing | Need::Choices | Need::SecondRate | Need::Sides => true,
     };
     print_line(&format!(
         "{}\nwhile the cliff map is open:\n{}\nwhile a recording plays:\n{}",

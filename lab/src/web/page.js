@@ -111,6 +111,10 @@ function shape([style, kind, ...n], thin) {
     const turn = `rotate(${-n[4] * 180 / Math.PI} ${n[0]} ${-n[1]})`;
     return element("rect", { ...line, x: n[0] - n[2], y: -n[1] - n[3], width: 2 * n[2], height: 2 * n[3], transform: turn });
   }
+  if (kind === "outline") {
+    const corners = n.map((number, place) => (place % 2 ? -number : number));
+    return element("polygon", { ...line, points: corners.join(" ") });
+  }
   return label(n[0], -n[1] + 12 * thin, n[2], { "font-size": 13 * thin });
 }
 

@@ -24,8 +24,9 @@ const PAGES: [&str; 12] = [
 ];
 
 /// Pages with answers, each with a warning.
-const WARNED: [(&str, &str); 6] = [
+const WARNED: [(&str, &str); 7] = [
     ("docs/age.md", "predict first"),
+    ("docs/plants.md", "predict first"),
     ("docs/slow-policies.md", "predict first"),
     ("docs/theory.md", "predict first"),
     ("docs/answers.md", "For teachers"),

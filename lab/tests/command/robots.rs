@@ -26,6 +26,8 @@ fn a_robot_bears_what_theory_says_and_is_lost_by_a_joint_beyond_it() {
         assert!(cause.contains(" beyond "), "{cause}");
     }
     assert_eq!(report["hold_stood"], 0);
+    let pole = report["fastest_pole_per_s"].as_f64().expect("a pole");
+    assert!((pole - 9.95).abs() < 0.01, "{pole}");
 }
 
 #[test]

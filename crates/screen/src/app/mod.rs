@@ -330,7 +330,20 @@ impl App {
             Need::Choices => !self.choices.is_empty(),
             Need::SecondRate => self.second_node().is_some(),
             Need::OwnWorld => self.own_world.is_some(),
+            Need::Sides => self.sides() > 1,
         }
+    }
+
+    /// Returns the number of sides from which the plant can be seen.
+    fn sides(&self) -> usize {
+        self.system().robot().sides()
+    }
+
+    /// Looks at the plant from the next side.
+    fn turn_plant(&mut self) {
+        let side = &mut self.shown.panes.side;
+        *side += 1;
+        *side %= self.shown.run.system().robot().sides().max(1);
     }
 
     /// Returns whether the run is over.

@@ -220,7 +220,8 @@ fn render_pane(shown: &ScreenState<'_>, pane: Pane, sheet: Sheet<'_>) {
     match pane {
         Pane::Graph => graph::render(frame, &shown.knob_focus, sheet),
         Pane::Plant => {
-            let picture = shown.system.robot().picture(&frame.state);
+            let robot = shown.system.robot();
+            let picture = robot.picture_from(shown.panes.side, &frame.state);
             plant::render(picture.as_ref(), &frame.verdict, sheet);
         }
         Pane::Signal => {

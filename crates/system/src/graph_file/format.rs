@@ -116,6 +116,9 @@ pub(super) const STAMP: Form = Text(r#""now" or a topic that it reads, such as "
 /// The model of a robot.
 const MJCF: Form = Text(r#"a path in quotes, such as "hopper.xml""#);
 
+/// What joints of a plant are to do.
+const MOTIONS: Form = List(r#"a list of motions, such as ["hinge sine 0.1 0.5"]"#);
+
 /// What a plant is controlled by.
 const POLICY: Form = Text(r#""lqr", "hold" or "zero""#);
 
@@ -409,6 +412,12 @@ pub const SECTIONS: [FileSection; 9] = [
                 "start",
                 Figure,
                 "The greatest speed of a coordinate at the start (m/s, rad/s) [default: 0.1]",
+            ),
+            optional(
+                "reference",
+                MOTIONS,
+                "Joints that move beside the pose (m, rad), with their limits: \"JOINT step AMOUNT S\", \
+                 \"JOINT sine AMOUNT HZ\" or \"JOINT way S:AMOUNT S:AMOUNT\"",
             ),
             optional(
                 "policy",

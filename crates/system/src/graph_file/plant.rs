@@ -36,6 +36,8 @@ pub struct PlantSpec {
     pub limits: Vec<(String, f64)>,
     /// The greatest speed of a coordinate at the start (m/s, rad/s).
     pub start: f64,
+    /// What joints of the reference move, each as text, such as `hinge sine 0.1 0.5`.
+    pub reference: Vec<String>,
     /// Name of the policy.
     pub policy: String,
     /// The rate of sensor, policy and actuator.
@@ -61,7 +63,15 @@ impl PlantSpec {
             return refuse(at, "start: expected 0 or more (m/s, rad/s)");
         }
         let keys = [
-            "mjcf", "keyframe", "pose", "limits", "start", "policy", "rate", "step_ms",
+            "mjcf",
+            "keyframe",
+            "pose",
+            "limits",
+            "start",
+            "policy",
+            "rate",
+            "step_ms",
+            "reference",
         ];
         let places = keys
             .into_iter()
@@ -72,6 +82,11 @@ impl PlantSpec {
             pose: numbers(block, "pose"),
             limits: limits(block)?,
             start: start.map_or(START, |(start, _)| start),
+            reference: block
+                .list("reference")
+                .iter()
+                .map(|motion| motion.text.clone())
+                .collect(),
             policy: policy
                 .map_or(PLANT_POLICIES[0], |policy| &policy.text)
                 .to_owned(),

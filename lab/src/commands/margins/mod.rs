@@ -83,6 +83,7 @@ pub fn margins(program: &Program, args: &MarginsArgs) -> Result<(), Error> {
         spec: &spec,
         trials: &trials,
         other_limit: plant.other_limit(),
+        pole: plant.poles().first().copied(),
         touches: plant.is_touching(),
         held: held.stood,
         margins,

@@ -23,6 +23,8 @@ pub struct MarginReport<'r> {
     pub trials: &'r MarginRuns<'r>,
     /// The limit of the coordinates that the file names none for.
     pub other_limit: Option<f64>,
+    /// How fast the fastest deviation grows without a controller (1/s), if one grows.
+    pub pole: Option<f64>,
     /// Whether contacts hold it: they may open, which theory does not see.
     pub touches: bool,
     /// The runs that go well with the controls of the pose for ever.
@@ -84,10 +86,15 @@ impl MarginReport<'_> {
             let which = if limits.is_empty() { "all" } else { "others" };
             limits.push(format!("{which} {limit}"));
         }
+        let pole = self.pole.map_or_else(
+            || "none: without a controller no deviation grows".to_owned(),
+            |pole| format!("{pole:.2}/s: growth of the fastest deviation without a controller"),
+        );
         let mut lines = vec![
             format!("robot     {}", self.name),
             format!("start     speeds up to {} m/s, rad/s", spec.start),
             format!("limits    {} (m, rad)", limits.join(", ")),
+            format!("pole      {pole}"),
             format!(
                 "runs      {runs} of {}, of which {} % have to go well",
                 self.trials.config.end,
@@ -120,6 +127,7 @@ impl MarginReport<'_> {
             "seeds": self.trials.seeds,
             "duration_s": self.trials.config.end.as_secs_f64(),
             "share": self.trials.share,
+            "fastest_pole_per_s": self.pole,
             "contacts_may_open": self.touches,
             "hold_stood": self.held,
             "margins": self.margins.iter().map(Margin::json).collect::<Vec<Value>>(),

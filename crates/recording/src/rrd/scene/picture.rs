@@ -159,6 +159,12 @@ fn outline(shape: &Shape) -> Vec<[f32; 2]> {
             .map(|side| TAU * f64::from(side) / f64::from(SIDES))
             .map(|turn| point([x + radius * turn.cos(), y + radius * turn.sin()]))
             .collect(),
+        Shape::Outline { corners } => corners
+            .iter()
+            .chain(corners.first())
+            .copied()
+            .map(point)
+            .collect(),
         Shape::Label { .. } => Vec::new(),
     }
 }

@@ -51,6 +51,8 @@ pub enum Need {
     SecondRate,
     /// A world of its own.
     OwnWorld,
+    /// A plant that is seen from several sides.
+    Sides,
 }
 
 /// The keys of a screen, in groups of rows.

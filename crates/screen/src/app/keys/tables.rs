@@ -56,6 +56,8 @@ const PANES: &[KeyRow] = rows! {
         |app| app.focus(Pane::Timeline),
     ]),
         "next pane; graph, plant, signal, figures, events, timeline";
+    "s" => This(App::turn_plant),
+        "plant: look at it from the next side", footer "side", needs Sides;
     "( )" => DownUp(App::select_push),
         "timeline: select the push before, the next one";
     "v V" => DownUp(|app, by| app.shown.panes.timeline.zoom(by == Down)),

@@ -105,7 +105,12 @@ impl<'t> Drawing<'t> {
         let all = by_width.max(by_height);
         let shorter = (width * aspect * across).min(height * down) / all;
         let filled = by_width.min(by_height);
-        let size = if shorter < SHORTEST_SIDE || filled < MIN_SHARE * all {
+        let moving = extent(picture);
+        let has_room = moving.is_none_or(|[left, bottom, right, top]| {
+            (right - left) * aspect <= (wide - 1.0) * filled
+                && top - bottom <= (high - 1.0) * filled
+        });
+        let size = if has_room && (shorter < SHORTEST_SIDE || filled < MIN_SHARE * all) {
             filled
         } else {
             all
@@ -113,8 +118,11 @@ impl<'t> Drawing<'t> {
         let dot = [size / aspect, size];
         let [fx, fy] = picture.focus;
         let span = [(wide - 1.0) * dot[0], (high - 1.0) * dot[1]];
+        let [left_part, bottom_part, right_part, top_part] = moving.unwrap_or(picture.view);
         let x = window([left, right], fx, span[0], dot[0], 0.5);
+        let x = followed(x, [left_part, right_part], fx, span[0], dot[0]);
         let y = window([bottom, top], fy, span[1], dot[1], 0.0);
+        let y = followed(y, [bottom_part, top_part], fy, span[1], dot[1]);
         Some(Self {
             canvas: BrailleCanvas::new(canvas, [x, x + span[0]], [y, y + span[1]], theme),
             labels: area,
@@ -157,6 +165,7 @@ impl<'t> Drawing<'t> {
             Shape::Circle { centre, radius } => {
                 ([0.0; 4], self.circle(self.placed(style, *centre), *radius))
             }
+            Shape::Outline { corners } => ([0.0; 4], self.outline(style, corners)),
             Shape::Label { .. } => ([0.0; 4], Vec::new()),
         }
     }
@@ -253,6 +262,16 @@ impl<'t> Drawing<'t> {
         (0..edges).map(edge).collect()
     }
 
+    fn outline(&self, style: Style, corners: &[[f64; 2]]) -> Vec<Stroke> {
+        let corner = |corner: &[f64; 2]| self.placed(style, *corner);
+        let next = corners.iter().cycle().skip(1);
+        let edges = corners.iter().zip(next).map(|(from, to)| {
+            let ([x1, y1], [x2, y2]) = (corner(from), corner(to));
+            [x1, y1, x2, y2]
+        });
+        edges.collect()
+    }
+
     /// `text` below its place, moved as little as needed to fit.
     fn label(&self, style: Style, at: [f64; 2], text: &str, mut sheet: Sheet<'_>) {
         let text = with_signs(text);
@@ -281,6 +300,42 @@ fn window([from, to]: [f64; 2], focus: f64, span: f64, dot: f64, before: f64) ->
         from - spare / 2.0
     };
     (begin / dot).round() * dot
+}
+
+/// Returns the beginning of a window, moved by as many whole dots as keep what moves in sight; around
+/// `focus` where that is larger.
+fn followed(begin: f64, [from, to]: [f64; 2], focus: f64, span: f64, dot: f64) -> f64 {
+    let over = |way: f64| (way.max(0.0) / dot).ceil() * dot;
+    if to - from <= span {
+        begin - over(begin - from) + over(to - begin - span)
+    } else if focus.is_finite() && !(begin..=begin + span).contains(&focus) {
+        ((focus - span / 2.0) / dot).round() * dot
+    } else {
+        begin
+    }
+}
+
+/// Left, bottom, right and top of the robot; `None` where its place is unknown.
+fn extent(picture: &Picture) -> Option<[f64; 4]> {
+    let is_robot = |style: &Style| matches!(style, Style::Body | Style::Subject);
+    let shapes = picture.shapes.iter().filter(|(style, _)| is_robot(style));
+    let corners = shapes.flat_map(|(_, shape)| match shape {
+        Shape::Segment { from, to } => vec![*from, *to],
+        Shape::Box { centre, half, .. } => around(*centre, half[0].hypot(half[1])),
+        Shape::Circle { centre, radius } => around(*centre, *radius),
+        Shape::Outline { corners } => corners.clone(),
+        Shape::Label { .. } => Vec::new(),
+    });
+    let extents = corners.map(|[x, y]| [x, y, x, y]);
+    let all = extents.reduce(|[left, bottom, right, top], [x1, y1, x2, y2]| {
+        [left.min(x1), bottom.min(y1), right.max(x2), top.max(y2)]
+    });
+    all.filter(|extent| extent.iter().all(|number| number.is_finite()))
+}
+
+/// Two corners of a square around a circle.
+fn around([x, y]: [f64; 2], radius: f64) -> Vec<[f64; 2]> {
+    vec![[x - radius, y - radius], [x + radius, y + radius]]
 }
 
 /// Distance from `length` to a whole dot.

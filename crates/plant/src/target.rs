@@ -1,0 +1,115 @@
+//! The node that tells the policy where the robot is to be, and what the policy makes of that.
+
+use ratelab::{Flow, Node, Publisher, Subscription, Tick, TickResult, Time};
+
+use crate::{
+    robot::{Robot, SharedRobot},
+    world::RobotRow,
+};
+
+/// Name of the node with the reference, where that moves.
+pub(crate) const TARGET_NODE: &str = "target";
+
+/// Name of its topic.
+pub(crate) const TARGET: &str = "/target";
+
+/// Publishes how far each coordinate is to be from the pose, and how fast.
+pub(crate) struct RobotTarget {
+    pub(crate) robot: SharedRobot,
+    pub(crate) targets: Publisher<RobotRow>,
+}
+
+impl Node for RobotTarget {
+    fn tick(&mut self, tick: &mut Tick) -> TickResult {
+        let target = self.robot.target(tick.now());
+        tick.publish(&self.targets, RobotRow(target.into()));
+        Ok(Flow::Continue)
+    }
+}
+
+/// The newest target that a policy knows; nothing where the reference stands still.
+pub(crate) struct TargetReader(pub(crate) Option<Subscription<RobotRow>>);
+
+impl TargetReader {
+    /// Returns a reading as it is seen from the newest target.
+    pub(crate) fn seen(
+        &mut self,
+        tick: &mut Tick,
+        robot: &SharedRobot,
+        reading: &RobotRow,
+    ) -> RobotRow {
+        let target = self.0.as_mut().and_then(|targets| tick.read(targets));
+        let Some(target) = target else {
+            return reading.clone();
+        };
+        let mut seen = reading.0.to_vec();
+        robot.seen_from(&target.data.0, &mut seen);
+        RobotRow(seen.into())
+    }
+}
+
+impl Robot {
+    /// Whether the reference moves.
+    pub(crate) fn is_moving(&self) -> bool {
+        !self.motions.is_empty()
+    }
+
+    /// How far each coordinate is to be from the pose at run time `now`, then the speed of each.
+    pub(crate) fn target(&self, now: Time) -> Vec<f64> {
+        let [_, coordinates, ..] = self.model.sizes();
+        let mut target = vec![0.0; 2 * coordinates];
+        for motion in &self.motions {
+            let [amount, speed] = motion.at(now);
+            target[motion.index] += amount;
+            target[coordinates + motion.index] += speed;
+        }
+        target
+    }
+
+    /// What a state has beside positions, speeds and activations: how far the coordinates that move are to
+    /// be from the pose at run time `now`.
+    pub(crate) fn moved(&self, now: Time) -> Vec<f64> {
+        let target = if self.is_moving() {
+            self.target(now)
+        } else {
+            Vec::new()
+        };
+        let moving = self.moving_coordinates().into_iter();
+        moving
+            .filter_map(|index| target.get(index).copied())
+            .collect()
+    }
+
+    /// The square of the distance from a reference that moves, in a row of `/state`.
+    pub(crate) fn error(&self, row: &[f64]) -> Option<f64> {
+        let (_, state) = row.split_at_checked(self.half.len())?;
+        let deviation = self.deviation(state)?;
+        let moving = self.moving_coordinates().into_iter();
+        let squares = moving.map(|index| deviation[index] * deviation[index]);
+        Some(squares.sum())
+    }
+
+    /// The coordinates that move, each once.
+    pub(crate) fn moving_coordinates(&self) -> Vec<usize> {
+        let mut indices: Vec<usize> = self.motions.iter().map(|motion| motion.index).collect();
+        indices.sort_unstable();
+        indices.dedup();
+        indices
+    }
+
+    /// Changes a reading to what it were if the reference stood still, and the robot were as far from it
+    /// as it is from `target`.
+    pub(crate) fn seen_from(&self, target: &[f64], reading: &mut [f64]) {
+        let [positions, coordinates, ..] = self.model.sizes();
+        let (Some((places, rest)), Some((amounts, speeds))) = (
+            reading.split_at_mut_checked(positions),
+            target.split_at_checked(coordinates),
+        ) else {
+            return;
+        };
+        self.model.mujoco.integrate_pos(places, amounts, -1.0);
+        for (speed, of_target) in rest.iter_mut().zip(speeds) {
+            *speed -= of_target;
+        }
+    }
+}
