@@ -5,12 +5,13 @@ use ratelab_system::{Signal, SignalValue};
 use crate::{model::JointKind, nodes::STATE, robot::Robot};
 
 impl Robot {
-    /// The plots: joints with one coordinate and a limit, then the controls.
+    /// The plots: distances from a reference that moves, joints with one coordinate, then the controls.
     pub(crate) fn signals(&self) -> Vec<Signal> {
         let controls = self.half.len();
         let [_, count, ..] = self.model.sizes();
         let entry =
             |index: usize| SignalValue::new(move |row| row.get(index).copied().unwrap_or(f64::NAN));
+        let moving = self.moving_coordinates();
         let joints = self
             .model
             .joints
@@ -27,7 +28,8 @@ impl Robot {
                     unit: if is_angle { "rad" } else { "m" }.into(),
                     topic: STATE.into(),
                     value: entry(controls + joint.position),
-                    limits: limit.is_finite().then_some([here - limit, here + limit]),
+                    limits: (limit.is_finite() && !moving.contains(&index))
+                        .then_some([here - limit, here + limit]),
                     range: [here - widest, here + widest],
                 })
             });
@@ -48,7 +50,8 @@ impl Robot {
                     range: range.unwrap_or([at - half, at + half]),
                 }
             });
-        joints.chain(pushes).chain(self.errors()).collect()
+        let errors = self.errors().into_iter();
+        errors.chain(joints).chain(pushes).collect()
     }
 
     /// The plots of the distances from a reference that moves.

@@ -14,6 +14,8 @@ pub struct Explained<'a> {
     pub signal: Option<&'a str>,
     /// Whether that is the push age itself.
     pub signal_is_push_age: bool,
+    /// Whether the plant can be seen from several sides.
+    pub has_sides: bool,
     /// Whether there was an event so far.
     pub any_event: bool,
 }
@@ -22,7 +24,7 @@ pub struct Explained<'a> {
 pub fn explained(pane: Pane, about: Explained<'_>, frame: &FrameData) -> (&'static str, String) {
     let (title, sentences) = match pane {
         Pane::Graph => ("the graph", graph(frame)),
-        Pane::Plant => ("the plant", plant(frame)),
+        Pane::Plant => ("the plant", plant(frame, about.has_sides)),
         Pane::Signal => ("over time", over_time(about, frame)),
         Pane::Figures => ("figures", figures(frame)),
         Pane::Events => ("events", events(frame, about.any_event)),
@@ -95,11 +97,17 @@ fn topic(topic: &TopicData) -> String {
     format!("{name} keeps {depth}, {held}")
 }
 
-fn plant(frame: &FrameData) -> [String; 3] {
+fn plant(frame: &FrameData, has_sides: bool) -> [String; 3] {
     let name = &frame.verdict.headline;
+    let limits = if has_sides {
+        "Below it is how much of its limit a joint has used: at 100 % the run is lost. The key s shows \
+         the next side."
+    } else {
+        "Faint lines are the limits: beyond them the run is lost."
+    };
     [
         "This is the plant as its newest step left it.".to_owned(),
-        "Faint lines are the limits: beyond them the run is lost.".to_owned(),
+        limits.to_owned(),
         format!("At {} it is: {name}.", frame.now),
     ]
 }

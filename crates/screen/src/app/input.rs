@@ -187,6 +187,7 @@ impl App {
                 let about = Explained {
                     signal: signal.as_ref().map(|signal| &*signal.name),
                     signal_is_push_age: signal_is_push_age(self.system()),
+                    has_sides: self.sides() > 1,
                     any_event: events.any(|event| event.at <= frame.now),
                 };
                 let (title, text) = explained(self.shown.panes.focus, about, frame);

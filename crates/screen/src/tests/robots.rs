@@ -49,7 +49,9 @@ fn a_key_turns_a_robot_and_is_told_where_there_is_one() {
     press(&mut app, "?");
     shows(&screen(&app, 120, 50), &["look at it from the next side"]);
     press(&mut app, "?");
-    press(&mut app, "2z");
+    press(&mut app, "2i");
+    shows(&small(&app), &["of its limit a joint has used"]);
+    press(&mut app, "iz");
     insta::assert_snapshot!("double_from_above_80x24", small(&app));
     let cart_pole = large(&fallen());
     assert!(!cart_pole.contains("s side"), "{cart_pole}");
