@@ -2,7 +2,6 @@
 
 use std::{fs, path::Path, sync::Arc};
 
-use ratelab::Hz;
 use ratelab_plant::{BearableDelay, RobotPlant};
 use ratelab_system::{KnobText, System, graph_file::GraphFile};
 use tempfile::TempDir;
@@ -30,7 +29,8 @@ fn opened(folder: &Path, text: &str) -> Result<Arc<dyn System>, String> {
     let file = GraphFile::parse(text).map_err(|error| told(&error))?;
     let spec = file.plant().ok_or("no plant")?;
     let plant = RobotPlant::load(folder, spec);
-    let plant = plant.map_err(|defect| told(&file.plant_error(defect.key, defect.what)))?;
+    let plant =
+        plant.map_err(|defect| told(&file.plant_error(defect.key, defect.item, defect.what)))?;
     let system = file
         .system(&[Arc::new(plant)])
         .map_err(|error| told(&error))?;
@@ -187,6 +187,40 @@ const KEYS: &[(&str, &str)] = &[
         "step_ms: expected a number above 0, up to 100",
     ),
     ("speed = 1", "unknown key \"speed\""),
+    ("observe = \"qpos\"", "observe: expected a list of terms"),
+    ("observe = [1]", "observe: expected a list of terms"),
+    (
+        "observe = [\"qpos\", \"sensor gyro\"]",
+        "line 4, column 20: no sensor \"gyro\": there are none",
+    ),
+    ("observe = [\"gravity x\"]", "no site \"x\": there are none"),
+    (
+        "observe = [\"speed\"]",
+        "\"speed\" is not a term: expected qpos",
+    ),
+    ("observe = [\"qpos * x\"]", "\"qpos * x\" is not a term"),
+    ("observe = [\"qpos * inf\"]", "is not a term"),
+    ("observe = [\"1 nan\"]", "is not a term"),
+    ("observe = [\"\"]", "\"\" is not a term"),
+    ("observe = [\" * 2\"]", "is not a term"),
+    ("action = 0", "action: expected a factor other than 0"),
+    ("action = inf", "action: expected a number"),
+    ("lost = \"tilt pole > 45\"", "lost: expected a list"),
+    (
+        "lost = [\"height pole < 1\", \"tilt wheel > 45\"]",
+        "line 4, column 28: no body \"wheel\": there are world, pole",
+    ),
+    (
+        "lost = [\"tilt pole < 45\"]",
+        "does not say what loses a run",
+    ),
+    (
+        "lost = [\"tilt pole > 180\"]",
+        "expected \"height BODY < METRES\"",
+    ),
+    ("lost = [\"height pole < nan\"]", "does not say what loses"),
+    ("lost = [\"touches pole > 1\"]", "\"touches BODY > 0\""),
+    ("lost = [\"tilt\"]", "does not say what loses a run"),
     (
         "[system]\nname = \"cart-pole\"",
         "a graph has a system or a plant",
@@ -407,4 +441,104 @@ fn numbers_of_a_robot_have_names_and_units() {
         .map(|signal| signal.value.compute(&row))
         .collect();
     assert_eq!(values, [1.0, 2.0, 3.0, 0.25]);
+}
+
+/// What a run of a graph file publishes on a topic, and its summary.
+fn published(folder: &TempDir, keys: &str, topic: &str) -> (Vec<Vec<f64>>, Summary) {
+    let system = opened(folder.path(), &text(keys)).expect(keys);
+    let experiment = Experiment::new(system, &config("until 1")).expect(keys);
+    let tap = experiment.taps().rows(topic, 1_000).expect(topic);
+    let summary = experiment.run().expect(keys);
+    let mut rows = tap.rows();
+    tap.take(&mut rows);
+    (rows.iter().map(|(_, row)| row.to_vec()).collect(), summary)
+}
+
+/// The double pendulum with a sensor that is tilted by 20 degrees on its upper pole.
+fn sensing() -> TempDir {
+    let model = fixture("double").replace(
+        "<joint name=\"high\"",
+        "<site name=\"imu\" euler=\"0 20 0\"/><joint name=\"high\"",
+    );
+    folder(&model.replace(
+        "<actuator>",
+        "<sensor><gyro name=\"gyro\" site=\"imu\"/></sensor><actuator>",
+    ))
+}
+
+#[test]
+fn an_observation_is_the_state_and_then_the_terms_at_the_time_of_the_reading() {
+    let keys = "pose = { slider = 0.25 }
+        observe = [\"joints\", \"sensor gyro * 2\", \"last-action\", \"gravity imu\", \"1 -2.5\", \"joint-speeds\"]";
+    let (rows, _) = published(&sensing(), keys, "/obs");
+    assert!(rows.len() > 40);
+    for row in &rows {
+        let (state, terms) = row.split_at(6);
+        let [slider, low, high, speeds @ ..] = state else {
+            panic!("{row:?}");
+        };
+        let tilt = low + high + 20_f64.to_radians();
+        let seen = [
+            slider - 0.25,
+            *low,
+            *high,
+            0.0,
+            2.0 * (speeds[1] + speeds[2]),
+            0.0,
+        ];
+        let seen = seen
+            .into_iter()
+            .chain([tilt.sin(), 0.0, -tilt.cos(), 1.0, -2.5]);
+        let expected: Vec<f64> = seen.chain(speeds.iter().copied()).collect();
+        assert_eq!(terms.len(), expected.len());
+        let apart = terms
+            .iter()
+            .zip(&expected)
+            .map(|(one, other)| (one - other).abs());
+        assert!(apart.fold(0.0, f64::max) < 1e-12, "{terms:?} {expected:?}");
+    }
+}
+
+#[test]
+fn a_rule_loses_a_run_that_all_limits_allow() {
+    let model = fixture("double")
+        .replace(" contype=\"0\" conaffinity=\"0\"", "")
+        .replace(
+            "<worldbody>",
+            "<worldbody><geom type=\"plane\" size=\"9 9 1\" pos=\"0 0 -0.3\"/>",
+        );
+    let model = folder(&model);
+    let upper = |row: &[f64]| (row[2].cos(), row[2] + row[3]);
+    for (rule, is_broken) in [
+        (
+            "height high < 0.4",
+            (|[height, _]| height < 0.4) as fn([f64; 2]) -> bool,
+        ),
+        ("tilt high > 30", |[_, tilt]| tilt.abs().to_degrees() > 30.0),
+    ] {
+        let keys = format!(
+            "policy = \"zero\"\nstart = 1\nlimits = {{ \"*\" = inf }}\nlost = [\"{rule}\"]"
+        );
+        let (rows, summary) = published(&model, &keys, "/state");
+        let told = summary.verdict.to_string();
+        assert!(told.ends_with(&format!("({rule})")), "{told}");
+        let broken = rows.iter().map(|row| {
+            let (cos, tilt) = upper(row);
+            is_broken([0.5 * cos, tilt])
+        });
+        let broken: Vec<bool> = broken.collect();
+        assert_eq!(
+            broken.iter().position(|broken| *broken),
+            Some(rows.len() - 1),
+            "{rule}"
+        );
+    }
+    let touches =
+        "policy = \"zero\"\nstart = 1\nlimits = { \"*\" = inf }\nlost = [\"touches high > 0\"]";
+    let (rows, summary) = published(&model, touches, "/state");
+    assert_eq!(summary.verdict.name(), "lost_touches_high_0");
+    assert!(
+        rows.last().is_some_and(|row| row[2].abs() > 1.0),
+        "{rows:?}"
+    );
 }

@@ -18,6 +18,7 @@ mod defect;
 mod files;
 mod gains;
 mod linear;
+mod losses;
 mod model;
 mod model_error;
 mod nodes;
@@ -27,6 +28,7 @@ mod rounding;
 mod signals;
 mod system;
 mod tally;
+mod terms;
 mod theory;
 mod world;
 

@@ -94,6 +94,7 @@ impl Node for RobotSensor {
     fn tick(&mut self, tick: &mut Tick) -> TickResult {
         let mut state = self.plant.at(tick.now()).state();
         self.disturb(tick.number(), &mut state);
+        self.plant.at(tick.now()).observe(&mut state)?;
         tick.publish(&self.readings, RobotRow(state.into()));
         Ok(Flow::Continue)
     }

@@ -76,6 +76,7 @@ impl RobotPlant {
                 verdicts.push(lost_kind(group, *limit));
             }
         }
+        verdicts.extend(robot.rules.iter().map(|rule| rule_kind(&rule.text)));
         let spec = &robot.spec;
         let policy = Knob::Send {
             node: POLICY.to_owned(),
@@ -193,6 +194,15 @@ fn lost_kind(group: &str, limit: f64) -> VerdictKind {
     }
 }
 
+/// The verdict on a run that is lost by the rule with this text.
+fn rule_kind(text: &str) -> VerdictKind {
+    VerdictKind {
+        name: format!("lost_{}", key(text)).into(),
+        lost: true,
+        text: format!("LOST at {{at}} ({text})").into(),
+    }
+}
+
 /// Any error of a part of the graph as the error of a setting.
 fn setting(error: impl std::fmt::Display) -> BuildError {
     BuildError::Setting(error.to_string())
@@ -223,7 +233,8 @@ impl System for RobotPlant {
             .unwrap_or_default();
         let (states, controls) = (self.robot.state_names(), self.robot.model.control_names());
         let readings = builder.internal_topic::<RobotRow>(OBS);
-        builder.record_as(readings.clone(), states.iter());
+        let observed = self.robot.terms.names();
+        builder.record_as(readings.clone(), states.iter().chain(&observed));
         let actions = builder.internal_topic::<RobotRow>(ACTION);
         builder.record_as(actions.clone(), controls.iter());
         let rows = builder.internal_topic::<RobotRow>(STATE);
@@ -326,12 +337,13 @@ impl Judge for RobotPlant {
     fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
         let controls = self.robot.half.len();
         let state = state.and_then(|row| row.get(controls..));
-        let kind = match state.and_then(|state| self.robot.loss(state)) {
+        let kind = match state.and_then(|state| self.robot.loss(state, &mut None)) {
             Some(LossCause::NotFinite) => self.verdicts[2].clone(),
             Some(LossCause::Coordinate(index)) => lost_kind(
                 &self.robot.model.coordinates[index],
                 self.robot.limits[index],
             ),
+            Some(LossCause::Rule(index)) => rule_kind(&self.robot.rules[index].text),
             None if *exit == ClockExit::Completed => STOOD,
             None => STOPPED,
         };

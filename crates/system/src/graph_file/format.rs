@@ -119,6 +119,12 @@ const MJCF: Form = Text(r#"a path in quotes, such as "hopper.xml""#);
 /// What a plant is controlled by.
 const POLICY: Form = Text(r#""lqr", "hold" or "zero""#);
 
+/// What a policy of a plant sees.
+const TERMS: Form = List(r#"a list of terms, such as ["joints", "sensor gyro", "last-action"]"#);
+
+/// What loses a run of a plant.
+const LOSSES: Form = List(r#"a list such as ["height torso < 0.8", "tilt torso > 45"]"#);
+
 /// A kind of executor.
 const EXECUTOR: Form =
     Text(r#""single", "multi:2", "events", "fixed-priority:1", "edf:1" or "let""#);
@@ -415,6 +421,17 @@ pub const SECTIONS: [FileSection; 9] = [
                 POLICY,
                 "lqr, made from the model; hold, the controls of the pose; or zero [default: lqr]",
             ),
+            optional(
+                "observe",
+                TERMS,
+                "What a network or a program sees, in this order [default: the state]",
+            ),
+            optional(
+                "action",
+                Figure,
+                "The factor from the outputs of a network to controls [default: 1]",
+            ),
+            optional("lost", LOSSES, "What loses the run beside the limits"),
             optional(
                 "rate",
                 Number(MOST_CLOCK_HZ),

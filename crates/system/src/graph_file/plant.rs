@@ -38,12 +38,18 @@ pub struct PlantSpec {
     pub start: f64,
     /// Name of the policy.
     pub policy: String,
+    /// The terms of an observation; none for the state itself.
+    pub observe: Vec<String>,
+    /// The factor from outputs of a network to controls.
+    pub action: f64,
+    /// What loses a run beside the limits.
+    pub lost: Vec<String>,
     /// The rate of sensor, policy and actuator.
     pub rate: Hz,
     /// Step of physics (ns), if it is not the model's.
     pub step_ns: Option<u64>,
-    /// The keys with their places in the file, for errors.
-    places: Vec<(&'static str, usize)>,
+    /// The keys with the places of their values in the file, then of the items of lists, for errors.
+    places: Vec<(&'static str, Vec<usize>)>,
     at: usize,
 }
 
@@ -61,11 +67,17 @@ impl PlantSpec {
             return refuse(at, "start: expected 0 or more (m/s, rad/s)");
         }
         let keys = [
-            "mjcf", "keyframe", "pose", "limits", "start", "policy", "rate", "step_ms",
+            "mjcf", "keyframe", "pose", "limits", "start", "policy", "observe", "action", "lost",
+            "rate", "step_ms",
         ];
-        let places = keys
-            .into_iter()
-            .filter_map(|key| Some((key, block.at(key)?)));
+        let places = keys.into_iter().filter_map(|key| {
+            let items = block.list(key).iter().map(|item| item.at);
+            Some((key, [block.at(key)?].into_iter().chain(items).collect()))
+        });
+        let texts = |key| {
+            let items = block.list(key).iter();
+            items.map(|item| item.text.clone()).collect()
+        };
         let spec = Self {
             mjcf: text("mjcf").unwrap_or_default(),
             keyframe: text("keyframe"),
@@ -75,6 +87,9 @@ impl PlantSpec {
             policy: policy
                 .map_or(PLANT_POLICIES[0], |policy| &policy.text)
                 .to_owned(),
+            observe: texts("observe"),
+            action: action(block)?,
+            lost: texts("lost"),
             rate: rate(block)?,
             step_ns: step(block)?,
             places: places.collect(),
@@ -102,12 +117,18 @@ impl GraphFile {
         self.plant.as_ref()
     }
 
-    /// An error in the value that `key` of its plant has.
-    pub fn plant_error(&self, key: &str, what: impl Into<String>) -> GraphFileError {
+    /// An error in the value that `key` of its plant has, or in an `item` of a list.
+    pub fn plant_error(
+        &self,
+        key: &str,
+        item: Option<usize>,
+        what: impl Into<String>,
+    ) -> GraphFileError {
         let plant = self.plant.as_ref();
         let at = plant.map_or(0, |plant| {
-            let place = plant.places.iter().find(|(known, _)| *known == key);
-            place.map_or(plant.at, |(_, at)| *at)
+            let places = plant.places.iter().find(|(known, _)| *known == key);
+            let place = places.and_then(|(_, at)| at.get(item.map_or(0, |item| item + 1)));
+            place.map_or(plant.at, |at| *at)
         });
         GraphRefusal::new(at, what).in_text(&self.text)
     }
@@ -143,6 +164,16 @@ fn limits(block: &Block) -> Checked<Vec<(String, f64)>> {
         }
     });
     pairs.collect()
+}
+
+fn action(block: &Block) -> Checked<f64> {
+    let Some(factor) = block.text("action") else {
+        return Ok(1.0);
+    };
+    match number(factor) {
+        0.0 => refuse(factor.at, "action: expected a factor other than 0"),
+        number => Ok(number),
+    }
 }
 
 fn rate(block: &Block) -> Checked<Hz> {
