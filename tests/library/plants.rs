@@ -170,7 +170,7 @@ const KEYS: &[(&str, &str)] = &[
     ),
     (
         "policy = \"./policy.py\"",
-        "no policy \"./policy.py\": expected lqr, hold or zero",
+        "line 4, column 10: no such file: ./policy.py",
     ),
     ("policy = 1", "policy: expected"),
     ("rate = 0", "rate: expected a number above 0"),
@@ -541,4 +541,116 @@ fn a_rule_loses_a_run_that_all_limits_allow() {
         rows.last().is_some_and(|row| row[2].abs() > 1.0),
         "{rows:?}"
     );
+}
+
+/// A program beside a robot that gives these answers, and what it was asked.
+fn run_with_program(folder: &TempDir, keys: &str, answers: &[&str]) -> (String, Vec<String>) {
+    let script = root().join("tests/fixtures/policies/says.sh");
+    std::os::unix::fs::symlink(script, folder.path().join("policy")).expect("a link");
+    let says = answers.join("\n") + "\n";
+    fs::write(folder.path().join("policy.says"), says).expect("written");
+    let keys = format!("policy = \"./policy\"\n{keys}");
+    let system = opened(folder.path(), &text(&keys)).expect("a robot");
+    let run = Experiment::new(system, &config("until 0.05"));
+    let told = run.map_or_else(
+        |error| error.to_string(),
+        |run| run.run().expect("a run").verdict.to_string(),
+    );
+    let asked = fs::read_to_string(folder.path().join("policy.asked")).expect("asked");
+    (told, asked.lines().map(str::to_owned).collect())
+}
+
+#[test]
+fn a_program_sees_the_terms_with_its_own_last_action_and_answers_with_controls() {
+    let keys = "start = 0\naction = 3\nobserve = [\"joints\", \"last-action * 2\"]";
+    let ready = "{\"ready\":\"actions\"}";
+    let answers = [
+        ready,
+        "{\"id\":1,\"action\":[0.5]}",
+        "{\"id\":2,\"action\":-0.25}",
+        "{\"id\":3,\"action\":[0]}",
+    ];
+    let (told, asked) = run_with_program(&folder(&fixture("double")), keys, &answers);
+    assert!(told.starts_with("STOOD"), "{told}");
+    assert!(asked[0].contains("\"action_ms\":20.0"), "{asked:?}");
+    let observation = |line: &String| {
+        let asked: serde_json::Value = serde_json::from_str(line).expect(line);
+        let numbers = asked["observation"].as_array().expect(line).clone();
+        let numbers = numbers.iter().map(|number| number.as_f64().expect(line));
+        numbers.collect::<Vec<f64>>()
+    };
+    assert_eq!(observation(&asked[1]), [0.0; 4]);
+    let [slider, low, _, last] = observation(&asked[2])[..] else {
+        panic!("{asked:?}");
+    };
+    assert_eq!(last, 1.0);
+    // Half of 20 N for 20 ms, on 1.2 kg or a little less: the poles lag behind.
+    assert!(
+        (0.001_5..0.002_1).contains(&slider) && low < 0.0,
+        "{slider} {low}"
+    );
+    assert_eq!(observation(&asked[3])[3], -0.5);
+    for (answers, why) in [
+        (
+            &["{\"ready\":\"chunks\"}"][..],
+            "a plant takes single actions",
+        ),
+        (&[ready, "{\"id\":1,\"action\":[0,1]}"], ""),
+    ] {
+        let (told, _) = run_with_program(&folder(&fixture("double")), keys, answers);
+        assert!(told.contains(why), "{told}");
+    }
+}
+
+/// Weights of a network that is linear within the course of small numbers: each output is this factor
+/// times the sum of so many inputs.
+fn weights(inputs: usize, factor: f32) -> Vec<u8> {
+    use safetensors::{Dtype, serialize, tensor::TensorView};
+    let small = 1e-3;
+    let layers = [(0, inputs, small), (2, 1, 1.0), (4, 1, factor / small)];
+    let tensors = layers.iter().flat_map(|(layer, inputs, weight)| {
+        let name = format!("actor_mean.{layer}");
+        let weights = f32::to_le_bytes(*weight).repeat(*inputs);
+        [
+            (format!("{name}.weight"), vec![1, *inputs], weights),
+            (format!("{name}.bias"), vec![1], vec![0; 4]),
+        ]
+    });
+    let tensors: Vec<_> = tensors.collect();
+    let views = tensors.iter().map(|(name, shape, data)| {
+        let view = TensorView::new(Dtype::F32, shape.clone(), data);
+        (name, view.expect("a tensor"))
+    });
+    serialize(views, None).expect("a file")
+}
+
+#[test]
+fn a_network_adds_its_outputs_times_a_factor_to_the_controls_as_given() {
+    let model = fixture("pendulum").replace("<key qpos=\"0\"", "<key qpos=\"0\" ctrl=\"0.25\"");
+    let folder = folder(&model);
+    fs::write(folder.path().join("net.safetensors"), weights(2, 0.5)).expect("weights");
+    let keys = "limits = { \"*\" = inf }\npolicy = \"net.safetensors\"\nobserve = [\"joints\", \"3\"]\naction = 0.25";
+    let (readings, _) = published(&folder, keys, "/obs");
+    let (controls, _) = published(&folder, keys, "/action");
+    assert_eq!(controls.len(), 51);
+    for (reading, control) in readings.iter().zip(&controls) {
+        let expected = 0.25 + 0.25 * 0.5 * (reading[0] + 3.0);
+        assert!(
+            (control[0] - expected).abs() < 1e-4,
+            "{control:?} {expected}"
+        );
+    }
+    for (keys, expected) in [
+        (
+            "observe = [\"joints\"]",
+            "it sees 2 numbers, and an observation has 1: observe = [...] says",
+        ),
+        ("observe = [\"joints\", \"1 2\"]", "an observation has 3"),
+    ] {
+        let keys = format!("policy = \"net.safetensors\"\n{keys}");
+        let system = opened(folder.path(), &text(&keys)).expect("a robot");
+        let refused = Experiment::new(system, &config("until 1")).err();
+        let error = refused.expect(expected).to_string();
+        assert!(error.contains(expected), "{error}");
+    }
 }

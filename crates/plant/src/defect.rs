@@ -49,7 +49,10 @@ impl PlantDefect {
         let known = alternatives(&PLANT_POLICIES);
         Self::new(
             "policy",
-            format!("{name:?} is not a policy of a plant: expected {known}"),
+            format!(
+                "{name:?} is not a policy of a plant: expected {known}, or a file of weights, an \
+                 ONNX graph or a program"
+            ),
         )
     }
 }

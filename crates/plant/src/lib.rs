@@ -9,14 +9,16 @@
 //! The robot moves by itself, at the equilibrium next to a pose, and is held there by a controller that
 //! is made from its model: sensor, policy and actuator around it make a [`System`](ratelab_system::System).
 //!
-//! Stands on `ratelab`, `ratelab-metrics` and `ratelab-system`; begin with [`RobotPlant`].
+//! Stands on `ratelab`, `ratelab-metrics`, `ratelab-policy` and `ratelab-system`; begin with [`RobotPlant`].
 
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 
 mod aliases;
+mod decide;
 mod defect;
 mod files;
 mod gains;
+mod law;
 mod linear;
 mod losses;
 mod model;

@@ -99,6 +99,27 @@ impl ObservedTerms {
             row.extend(numbers.into_iter().map(|number| number * term.factor));
         }
     }
+
+    /// The whole observation, of what the sensor has `read` and of what the policy answered `last`;
+    /// `None` for another amount of numbers.
+    pub(crate) fn whole(&self, read: &[f64], last: &[f64]) -> Option<Vec<f64>> {
+        let (mut whole, mut rest) = (Vec::new(), read);
+        for term in &self.0 {
+            if term.kind == TermKind::LastAction {
+                whole.extend(last.iter().map(|number| number * term.factor));
+            } else {
+                let (numbers, after) = rest.split_at_checked(term.size)?;
+                whole.extend(numbers);
+                rest = after;
+            }
+        }
+        rest.is_empty().then_some(whole)
+    }
+
+    /// The numbers of a whole observation.
+    pub(crate) fn size(&self) -> usize {
+        self.0.iter().map(|term| term.size).sum()
+    }
 }
 
 impl ObservedTerm {

@@ -117,7 +117,7 @@ pub(super) const STAMP: Form = Text(r#""now" or a topic that it reads, such as "
 const MJCF: Form = Text(r#"a path in quotes, such as "hopper.xml""#);
 
 /// What a plant is controlled by.
-const POLICY: Form = Text(r#""lqr", "hold" or "zero""#);
+const POLICY: Form = Text(r#""lqr", "hold", "zero" or the path of a policy, such as "net.onnx""#);
 
 /// What a policy of a plant sees.
 const TERMS: Form = List(r#"a list of terms, such as ["joints", "sensor gyro", "last-action"]"#);
@@ -419,7 +419,7 @@ pub const SECTIONS: [FileSection; 9] = [
             optional(
                 "policy",
                 POLICY,
-                "lqr, made from the model; hold, the controls of the pose; or zero [default: lqr]",
+                "lqr, made from the model; hold, the controls of the pose; zero; or a file [default: lqr]",
             ),
             optional(
                 "observe",

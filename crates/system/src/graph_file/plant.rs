@@ -36,7 +36,7 @@ pub struct PlantSpec {
     pub limits: Vec<(String, f64)>,
     /// The greatest speed of a coordinate at the start (m/s, rad/s).
     pub start: f64,
-    /// Name of the policy.
+    /// Name of the policy, or the path of its file from the folder of the graph file.
     pub policy: String,
     /// The terms of an observation; none for the state itself.
     pub observe: Vec<String>,
@@ -59,7 +59,9 @@ impl PlantSpec {
         let text = |key| block.text(key).map(|placed| placed.text.clone());
         let at = block.name.at;
         let policy = block.text("policy");
-        if let Some(policy) = policy.filter(|name| !PLANT_POLICIES.contains(&&*name.text)) {
+        // A path has a folder or an ending.
+        let is_known = |name: &str| PLANT_POLICIES.contains(&name) || name.contains(['/', '.']);
+        if let Some(policy) = policy.filter(|name| !is_known(&name.text)) {
             return unknown("no policy", policy, PLANT_POLICIES.into_iter());
         }
         let start = block.text("start").map(|start| (number(start), start.at));

@@ -2,7 +2,8 @@
 
 use half::f16;
 
-use super::error::{self, WeightsError};
+use super::error;
+use crate::WeightsError;
 
 /// Maximum number of elements in a tensor: a square of the largest width.
 const LARGEST_TENSOR: usize = super::LARGEST_WIDTH * super::LARGEST_WIDTH;

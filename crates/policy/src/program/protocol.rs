@@ -4,8 +4,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use super::{super::PolicyContext, error::ProgramError};
-use crate::CONTROL_HZ;
+use crate::{PolicyContext, ProgramError, RowShape};
 
 /// How long a program may take to be ready: it may load a large network.
 pub const START: Duration = Duration::from_secs(60);
@@ -27,20 +26,20 @@ pub struct Greeting {
 }
 
 impl Greeting {
-    pub fn new(context: PolicyContext) -> Self {
+    pub fn new(context: PolicyContext, shape: RowShape) -> Self {
         Self {
             protocol: 1,
             seed: context.seed,
             control_hz: context.control_hz.get(),
             chunk: context.chunk,
-            action_ms: 1e3 / CONTROL_HZ,
+            action_ms: shape.action_ns as f64 / 1e6,
         }
     }
 }
 
 /// A question about a reading.
 #[derive(Serialize)]
-pub struct ProgramQuestion {
+pub struct ProgramQuestion<'o> {
     /// Its number, from 1.
     pub id: u64,
     /// Run time of the reading (s).
@@ -48,9 +47,8 @@ pub struct ProgramQuestion {
     /// The age that the reading is expected to have when the chunk begins to be played (ms).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub delay_ms: Option<f64>,
-    /// Position, velocity, cosine, sine, angular velocity: float32 in all digits, so that a
-    /// reader in double precision has the same numbers.
-    pub observation: [f64; 5],
+    /// What the policy sees, in all digits.
+    pub observation: &'o [f64],
 }
 
 /// Returns a greeting or a question as a line of text.
@@ -73,13 +71,13 @@ pub struct Ready {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ReadyLine {
-    ready: AnswerKind,
+    ready: ReadyKind,
     limit_s: Option<f64>,
 }
 
 #[derive(Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum AnswerKind {
+enum ReadyKind {
     Actions,
     Chunks,
 }
@@ -104,7 +102,7 @@ impl Ready {
                 });
             }
         };
-        let chunks = matches!(ready.ready, AnswerKind::Chunks);
+        let chunks = matches!(ready.ready, ReadyKind::Chunks);
         Ok(Self { chunks, limit })
     }
 }
@@ -114,19 +112,45 @@ impl Ready {
 #[serde(deny_unknown_fields)]
 struct AnswerLine {
     id: u64,
-    action: Option<f64>,
+    action: Option<ActionNumbers>,
     actions: Option<Vec<f64>>,
 }
 
-/// Reads the actions in the answer to question number `id`: a single one, or a chunk of the
-/// `horizon`.
+/// The action in an answer.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum ActionNumbers {
+    One(f64),
+    Many(Vec<f64>),
+}
+
+/// What an answer has.
+#[derive(Clone, Copy, Debug)]
+pub enum AnswerSize {
+    /// A number.
+    Number,
+    /// A list of so many numbers.
+    Numbers(usize),
+    /// A chunk of so many actions.
+    Chunk(usize),
+}
+
+impl AnswerSize {
+    /// Returns the size of a single action.
+    pub fn of(shape: RowShape) -> Self {
+        shape.acts.map_or(Self::Number, Self::Numbers)
+    }
+}
+
+/// Reads the actions in the answer to question number `id`.
 ///
 /// # Errors
 /// What is wrong with it, as the end of a sentence about the program.
-pub fn actions(line: &str, id: u64, horizon: Option<usize>) -> Result<Vec<f32>, ProgramError> {
-    let expected = match horizon {
-        None => format!("{{\"id\":{id},\"action\":0.5}}"),
-        Some(horizon) => format!("{{\"id\":{id},\"actions\":[… {horizon} numbers]}}"),
+pub fn actions(line: &str, id: u64, size: AnswerSize) -> Result<Vec<f64>, ProgramError> {
+    let expected = match size {
+        AnswerSize::Number => format!("{{\"id\":{id},\"action\":0.5}}"),
+        AnswerSize::Numbers(size) => format!("{{\"id\":{id},\"action\":[… {size} numbers]}}"),
+        AnswerSize::Chunk(size) => format!("{{\"id\":{id},\"actions\":[… {size} numbers]}}"),
     };
     let answer: AnswerLine = parsed(line, &expected)?;
     if answer.id != id {
@@ -135,22 +159,34 @@ pub fn actions(line: &str, id: u64, horizon: Option<usize>) -> Result<Vec<f32>, 
             asked: id,
         });
     }
-    let actions = match (answer.action, answer.actions, horizon) {
-        (Some(action), None, None) => vec![action],
-        (None, Some(actions), Some(horizon)) if actions.len() == horizon => actions,
-        (None, Some(actions), Some(horizon)) => {
-            return Err(ProgramError::ChunkLength {
-                found: actions.len(),
-                expected: horizon,
-            });
+    let actions = match (answer.action, answer.actions, size) {
+        (Some(ActionNumbers::One(action)), None, AnswerSize::Number | AnswerSize::Numbers(1)) => {
+            vec![action]
+        }
+        (Some(ActionNumbers::Many(numbers)), None, AnswerSize::Numbers(expected)) => {
+            if numbers.len() != expected {
+                return Err(ProgramError::ActionLength {
+                    found: numbers.len(),
+                    expected,
+                });
+            }
+            numbers
+        }
+        (None, Some(actions), AnswerSize::Chunk(expected)) => {
+            if actions.len() != expected {
+                return Err(ProgramError::ChunkLength {
+                    found: actions.len(),
+                    expected,
+                });
+            }
+            actions
         }
         _ => return Err(unexpected(line, &expected)),
     };
-    let finite = |action: f64| match action as f32 {
-        finite if finite.is_finite() => Ok(finite),
-        _ => Err(ProgramError::NotFinite(format!("{action:e}"))),
-    };
-    actions.into_iter().map(finite).collect()
+    match actions.iter().find(|action| !(**action as f32).is_finite()) {
+        Some(action) => Err(ProgramError::NotFinite(format!("{action:e}"))),
+        None => Ok(actions),
+    }
 }
 
 fn parsed<'a, T: Deserialize<'a>>(line: &'a str, expected: &str) -> Result<T, ProgramError> {

@@ -3,11 +3,11 @@
 use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 
 use super::{
-    Mlp,
-    error::{self, WeightsError},
+    Mlp, error,
     state::{StateItem, StateItems, StateKind},
     tensor::{Float, Tensor, checked_count},
 };
+use crate::WeightsError;
 
 /// The longest header accepted (bytes): enough for one or two thousand tensors.
 const LONGEST_HEADER: u64 = 1 << 18;
@@ -37,7 +37,7 @@ pub(super) fn read(content: &[u8]) -> Result<Mlp, WeightsError> {
         Ok(view) => tensor(name, &view),
         Err(_) => Err(items.missing(name)),
     })?;
-    items.check().map(|()| mlp)
+    items.check(mlp.inputs()).map(|()| mlp)
 }
 
 fn no_format(why: &str) -> WeightsError {

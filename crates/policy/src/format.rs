@@ -4,7 +4,7 @@ use strum::{Display, EnumString, VariantNames};
 
 /// The format of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum FileFormat {
+pub(crate) enum FileFormat {
     /// A text with a first line `#!`.
     Script,
     /// A program of the machine.
@@ -61,7 +61,7 @@ const ONNX_VERSION: u8 = 0x08;
 
 impl FileFormat {
     /// Detects the format of a file with this `content`.
-    pub(super) fn detect(content: &[u8]) -> Self {
+    pub(crate) fn detect(content: &[u8]) -> Self {
         let at = |place: usize| content.get(place..).unwrap_or_default();
         let inside = INSIDE
             .iter()
@@ -104,7 +104,7 @@ impl ProgramKind {
 
 /// Returns what to do with a policy that a program of this kind can run, or one written from
 /// nothing: the end of a sentence.
-pub(super) fn way_out(kind: Option<ProgramKind>) -> String {
+pub fn way_out(kind: Option<ProgramKind>) -> String {
     match kind {
         Some(kind) => format!(
             "a short program can run it: ratelab new policy.py --policy {kind} (docs/policies.md)"

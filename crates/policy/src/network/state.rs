@@ -1,10 +1,7 @@
 //! The tensors of an actor, by the library that named them.
 
-use super::{
-    error::{WeightsError, listed, quoted, unfit},
-    mlp::INPUTS,
-};
-use crate::policy::format::ProgramKind;
+use super::error::{listed, quoted, unfit};
+use crate::{WeightsError, format::ProgramKind};
 
 /// The tensors of the actor, in the order of their use.
 pub(super) const ACTOR: [&str; 6] = [
@@ -94,9 +91,9 @@ impl<'f> StateItems<'f> {
         Self { items, nested }
     }
 
-    /// Checks that nothing beside the tensors of the actor changes its action.
-    pub(super) fn check(&self) -> Result<(), WeightsError> {
-        let unused = |item: &StateItem<'f>| Some((item.name, unused(item)?));
+    /// Checks that nothing beside the tensors of the actor, which sees so many numbers, changes its action.
+    pub(super) fn check(&self, inputs: usize) -> Result<(), WeightsError> {
+        let unused = |item: &StateItem<'f>| Some((item.name, unused(item, inputs)?));
         let is_layer = |item: &&StateItem<'_>| matches!(item.kind, StateKind::Layer);
         // A layer with weights is named by these.
         let (layers, others): (Vec<_>, Vec<_>) = self.items.iter().partition(is_layer);
@@ -185,7 +182,7 @@ impl StateKind<'_> {
 }
 
 /// Returns what `item` is, if it would change the action and is not read.
-fn unused(item: &StateItem) -> Option<&'static str> {
+fn unused(item: &StateItem, inputs: usize) -> Option<&'static str> {
     let name = item.name.to_lowercase();
     let has = |parts: &[&str]| parts.iter().any(|part| name.contains(part));
     if ACTOR.contains(&item.name) || LAYERS.contains(&item.name) {
@@ -199,7 +196,9 @@ fn unused(item: &StateItem) -> Option<&'static str> {
     }
     let is_of_the_policy = has(&["act", "obs"]);
     match item.kind {
-        StateKind::Tensor([INPUTS] | [1, INPUTS]) => Some("it looks like a normaliser"),
+        StateKind::Tensor([size] | [1, size]) if *size == inputs => {
+            Some("it looks like a normaliser")
+        }
         StateKind::Tensor(_) | StateKind::Container(_) if has(&NORMALISER) => {
             Some("it looks like a normaliser")
         }

@@ -3,7 +3,10 @@
 use ratelab::Digest;
 use thiserror::Error;
 
-use super::{WeightsError, program::ProgramError};
+use crate::{
+    ProgramError,
+    format::{ProgramKind, way_out},
+};
 
 /// An error while loading a policy.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -27,6 +30,9 @@ pub enum PolicyFault {
     /// A policy with its name, and what is wrong with it.
     #[error(transparent)]
     Policy(#[from] PolicyError),
+    /// There is no such file.
+    #[error("found neither a policy nor a file of that name")]
+    Missing,
     /// A file with other content than the name of the policy says.
     #[error("expected the content with the SHA-256 {expected}, found another one: {found}")]
     Changed {
@@ -44,4 +50,20 @@ pub enum PolicyFault {
     /// Any other reason, in words, also for a policy of your own.
     #[error("{0}")]
     Other(String),
+}
+
+/// Why no network was read from a file.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum WeightsError {
+    /// The file is damaged, or too large.
+    #[error("{0}")]
+    Damaged(String),
+    /// The file holds another policy than the network that is computed here; a program may run it.
+    #[error("{why}; {}", way_out(*.program))]
+    Unfit {
+        /// What was expected, and what was found.
+        why: String,
+        /// The kind of that program, if any.
+        program: Option<ProgramKind>,
+    },
 }

@@ -33,6 +33,9 @@ pub enum ProgramError {
     /// A chunk for a run with single actions.
     #[error("it answers with chunks: give --chunk H")]
     Chunks,
+    /// A chunk for a robot that takes single actions.
+    #[error("it answers with chunks, and a plant takes single actions")]
+    SingleActions,
     /// A line that nobody asked for.
     #[error("answered without a question")]
     NoQuestion,
@@ -70,6 +73,14 @@ pub enum ProgramError {
         /// Number of actions in the answer.
         found: usize,
         /// Number of actions in a chunk.
+        expected: usize,
+    },
+    /// Another number of numbers in an action.
+    #[error("answered with an action of {found} numbers, and the robot has {expected} controls")]
+    ActionLength {
+        /// Numbers in the answer.
+        found: usize,
+        /// Numbers in an action.
         expected: usize,
     },
     /// An action that is not a finite number.

@@ -1,7 +1,7 @@
 //! Policies as ONNX graphs, run by the ONNX Runtime where it is installed.
 //!
-//! The graph takes `float32[1, 5]`, an observation, and returns `float32[1, 1]`, an
-//! action. Unlike the other formats, ONNX files are parsed by the runtime's own code: its
+//! The graph takes an observation of float32 and returns an action. What else it takes are outputs of
+//! its last answer: the memory of a recurrent network. Unlike the other formats, ONNX files are parsed by the runtime's own code: its
 //! use of memory and time is unbounded here, and each decision allocates.
 //!
 //! Weights in files of their own are read here and put into the graph (`external.rs`), so that
@@ -18,7 +18,7 @@ mod wire;
 pub const RUNS_ONNX: bool = cfg!(feature = "onnx");
 
 #[cfg(not(feature = "onnx"))]
-pub(super) use absent::OnnxModel;
-pub(super) use external::WholeGraph;
+pub(crate) use absent::OnnxModel;
+pub(crate) use external::WholeGraph;
 #[cfg(feature = "onnx")]
-pub(super) use runtime::OnnxModel;
+pub(crate) use runtime::OnnxModel;

@@ -3,14 +3,14 @@
 use ratelab::Digest;
 use std::{fmt, io::ErrorKind, path::Path};
 
-use super::{
+use ratelab_system::file::{self, FileError};
+use serde::{Deserialize, Serialize};
+
+use crate::{
     LARGEST_FILE, PolicyFault,
-    built_in::EXPECTED,
     format::{FileFormat, way_out},
     onnx::WholeGraph,
 };
-use ratelab_system::file::{self, FileError};
-use serde::{Deserialize, Serialize};
 
 /// What the text of a program begins with, in logs: a reader without the file knows what it is.
 const PROGRAM: &str = "exec:";
@@ -30,7 +30,7 @@ pub struct PolicyFile {
 
 impl PolicyFile {
     /// Parses a path with an optional digest.
-    pub(super) fn parse(text: &str) -> Self {
+    pub fn parse(text: &str) -> Self {
         let file = text.trim_start_matches(PROGRAM);
         let pinned =
             Digest::split_pin(file).and_then(|(path, digest)| Some((path, Some(digest.ok()?))));
@@ -42,9 +42,15 @@ impl PolicyFile {
         }
     }
 
+    /// Its name without the folder.
+    pub fn name(&self) -> &str {
+        let name = Path::new(&self.path).file_name();
+        name.and_then(|name| name.to_str()).unwrap_or(&self.path)
+    }
+
     /// Reads its content and computes the digest; an ONNX graph includes its weights in other
     /// files.
-    pub(super) fn read(&self) -> Result<(Vec<u8>, Digest), PolicyFault> {
+    pub(crate) fn read(&self) -> Result<(Vec<u8>, Digest), PolicyFault> {
         let path = Path::new(&self.path);
         let content = file::read(path, LARGEST_FILE).map_err(unread)?;
         let (content, found) = match FileFormat::detect(&content) {
@@ -68,7 +74,7 @@ impl PolicyFile {
 fn unread(why: FileError) -> PolicyFault {
     PolicyFault::Other(match why {
         FileError::Unreadable(why) if why.kind() == ErrorKind::NotFound => {
-            format!("expected {EXPECTED}; found neither a policy nor a file of that name")
+            return PolicyFault::Missing;
         }
         FileError::Unreadable(why) => {
             format!("expected a file of weights, found one that cannot be read: {why}")

@@ -11,59 +11,46 @@ use std::{
 
 use ratelab_system::RecordedAnswers;
 
-use crate::{
-    Action, Observation,
-    policy::{Moment, Policy},
-};
+use crate::{AnswerKind, Moment, RowPolicy};
 
 /// Answers as a program did when the run was recorded. An answer that was never released, for the
 /// run or the node ended before, is none that matters.
 pub struct RecordedPolicy {
-    name: String,
     answers: Arc<RecordedAnswers>,
-    chunk: Option<usize>,
     moment: Moment,
+    answer: Vec<f64>,
 }
 
 impl RecordedPolicy {
-    pub fn new(name: &str, answers: Arc<RecordedAnswers>, chunk: Option<usize>) -> Self {
+    /// Creates one with answers of so many numbers.
+    pub fn new(answers: Arc<RecordedAnswers>, count: usize) -> Self {
         Self {
-            name: name.to_owned(),
             answers,
-            chunk,
             moment: Moment::default(),
+            answer: vec![0.0; count],
         }
-    }
-
-    /// The actions are the last numbers of the message, which is an action or a chunk.
-    fn actions(&self) -> Vec<f32> {
-        let count = self.chunk.unwrap_or(1);
-        let answer = self.answers.get(&self.moment.now);
-        let row = answer.and_then(|answer| answer.as_ref().ok());
-        let actions = row
-            .and_then(|row| row.get(row.len().checked_sub(count)?..))
-            .map(|actions| actions.iter().map(|action| *action as f32).collect());
-        actions.unwrap_or_else(|| vec![0.0; count])
     }
 }
 
-impl Policy for RecordedPolicy {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
+impl RowPolicy for RecordedPolicy {
     fn begin(&mut self, moment: Moment) {
         self.moment = moment;
     }
 
-    fn act(&mut self, _: &Observation) -> Action {
-        self.actions()
-            .first()
-            .map_or(Action::ZERO, |action| Action(*action))
+    /// The actions are the last numbers of the message, which is an action or a chunk.
+    fn answer(&mut self, _: &[f64]) -> &[f64] {
+        let answer = self.answers.get(&self.moment.now);
+        let row = answer.and_then(|answer| answer.as_ref().ok());
+        let count = self.answer.len();
+        match row.and_then(|row| row.get(row.len().checked_sub(count)?..)) {
+            Some(actions) => self.answer.copy_from_slice(actions),
+            None => self.answer.fill(0.0),
+        }
+        &self.answer
     }
 
-    fn whole_chunk(&mut self, _: &Observation) -> Option<Arc<[f32]>> {
-        Some(self.actions().into())
+    fn kind(&self) -> AnswerKind {
+        AnswerKind::WholeChunk
     }
 
     fn crash(&mut self) -> Option<String> {

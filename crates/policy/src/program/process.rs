@@ -17,7 +17,8 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::sync::lock;
 use rustix::process::{Pid, Signal, kill_process_group};
 
-use super::{error::ProgramError, recorded::ProcessMark};
+use super::recorded::ProcessMark;
+use crate::ProgramError;
 
 /// The longest line of an answer (bytes).
 const LONGEST_LINE: u64 = 64 << 10;

@@ -4,28 +4,29 @@
 //! program's standard input and output (`process.rs`). A recorded run needs no program: what it
 //! answered is in the recording (`recorded.rs`).
 
-mod error;
 mod process;
 mod protocol;
 mod recorded;
 
-use std::{fs, os::unix::fs::PermissionsExt, sync::Arc};
+use std::{fs, os::unix::fs::PermissionsExt};
 
-pub(super) use self::recorded::RecordedPolicy;
-pub use self::{error::ProgramError, process::end_programs};
+pub use self::process::end_programs;
+pub(crate) use self::recorded::RecordedPolicy;
 use self::{
     process::PolicyProcess,
-    protocol::{Greeting, ProgramQuestion, Ready},
+    protocol::{AnswerSize, Greeting, ProgramQuestion, Ready},
 };
-use super::{Moment, Policy, PolicyContext, PolicyFault, PolicyFile, format::FileFormat};
-use crate::{Action, Observation};
+use crate::{
+    AnswerKind, Moment, PolicyContext, PolicyFault, PolicyFile, ProgramError, RowPolicy, RowShape,
+    format::FileFormat,
+};
 
 /// Returns whether the file at `path` with this `content` is a program: one by its first bytes, or
 /// by its mode if nothing else is known of it.
 ///
 /// # Errors
 /// What a program lacks.
-pub(super) fn is_program(
+pub(crate) fn is_program(
     path: &str,
     content: &[u8],
     format: FileFormat,
@@ -58,32 +59,36 @@ fn is_executable(path: &str) -> bool {
     fs::metadata(path).is_ok_and(|file| file.permissions().mode() & 0o111 != 0)
 }
 
-/// Asks a program, which runs from [`start`](Policy::start) until this is dropped.
-pub(super) struct ProgramPolicy {
+/// Asks a program, which runs from [`start`](RowPolicy::start) until this is dropped.
+pub(crate) struct ProgramPolicy {
     name: String,
     file: PolicyFile,
     context: PolicyContext,
+    shape: RowShape,
     running: Option<(PolicyProcess, Ready)>,
     moment: Moment,
     asked: u64,
+    answer: Vec<f64>,
     crash: Option<String>,
 }
 
 impl ProgramPolicy {
-    pub(super) fn new(name: &str, file: PolicyFile, context: PolicyContext) -> Self {
+    pub(crate) fn new(file: PolicyFile, context: PolicyContext, shape: RowShape) -> Self {
         Self {
-            name: name.to_owned(),
+            name: file.name().to_owned(),
             file,
             context,
+            shape,
             running: None,
             moment: Moment::default(),
             asked: 0,
+            answer: Vec::new(),
             crash: None,
         }
     }
 
     /// Asks about a reading; `None` if it crashes.
-    fn ask(&mut self, reading: &Observation) -> Option<Vec<f32>> {
+    fn ask(&mut self, observation: &[f64]) -> Option<Vec<f64>> {
         let (process, ready) = self.running.as_mut()?;
         self.asked += 1;
         let question = ProgramQuestion {
@@ -92,13 +97,16 @@ impl ProgramPolicy {
             delay_ms: ready
                 .chunks
                 .then(|| 1e3 * self.moment.delay().as_secs_f64()),
-            observation: reading.to_array().map(f64::from),
+            observation,
         };
         let answer = process
             .ask(&protocol::line(&question), ready.limit)
             .and_then(|line| {
-                let actions = self.context.chunk.filter(|_| ready.chunks);
-                protocol::actions(&line, self.asked, actions)
+                let size = match self.context.chunk.filter(|_| ready.chunks) {
+                    Some(actions) => AnswerSize::Chunk(actions),
+                    None => AnswerSize::of(self.shape),
+                };
+                protocol::actions(&line, self.asked, size)
             });
         answer.map_err(|why| self.fail(&why)).ok()
     }
@@ -113,18 +121,16 @@ impl ProgramPolicy {
     }
 }
 
-impl Policy for ProgramPolicy {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
+impl RowPolicy for ProgramPolicy {
     fn start(&mut self) -> Result<(), PolicyFault> {
         self.file.read()?;
-        let greeting = Greeting::new(self.context);
+        let greeting = Greeting::new(self.context, self.shape);
         let mut process = PolicyProcess::start(&self.file.path)?;
         let ready = Ready::read(&process.ask(&protocol::line(&greeting), protocol::START)?)?;
-        if ready.chunks && self.context.chunk.is_none() {
-            return Err(ProgramError::Chunks.into());
+        match (ready.chunks, self.context.chunk, self.shape.acts) {
+            (true, None, None) => return Err(ProgramError::Chunks.into()),
+            (true, None, Some(_)) => return Err(ProgramError::SingleActions.into()),
+            _ => {}
         }
         self.running = Some((process, ready));
         Ok(())
@@ -134,15 +140,16 @@ impl Policy for ProgramPolicy {
         self.moment = moment;
     }
 
-    fn act(&mut self, observation: &Observation) -> Action {
-        let actions = self.ask(observation).unwrap_or_default();
-        Action(actions.first().copied().unwrap_or_default())
+    fn answer(&mut self, observation: &[f64]) -> &[f64] {
+        self.answer = self.ask(observation).unwrap_or_default();
+        &self.answer
     }
 
-    fn whole_chunk(&mut self, reading: &Observation) -> Option<Arc<[f32]>> {
-        let (_, ready) = self.running.as_ref()?;
-        let actions = ready.chunks.then(|| self.ask(reading))?;
-        Some(actions.unwrap_or_default().into())
+    fn kind(&self) -> AnswerKind {
+        match &self.running {
+            Some((_, ready)) if ready.chunks => AnswerKind::WholeChunk,
+            _ => AnswerKind::Action,
+        }
     }
 
     fn crash(&mut self) -> Option<String> {

@@ -21,10 +21,10 @@ use zip::{
 use self::{archive::other_archive, pickle::Pickle, value::TensorView};
 use super::{
     Mlp,
-    error::{WeightsError, kind, quoted, unfit},
+    error::{kind, quoted, unfit},
     tensor::{Tensor, checked_count},
 };
-use crate::policy::format::ProgramKind;
+use crate::{WeightsError, format::ProgramKind};
 use archive::PickleError;
 
 /// The signature of an entry in a zip's table of contents.
@@ -90,7 +90,7 @@ impl<'a> Checkpoint<'a> {
             let view = state.tensor(name).ok_or_else(|| items.missing(name))?;
             self.tensor(name, view)
         })?;
-        items.check().map(|()| mlp)
+        items.check(mlp.inputs()).map(|()| mlp)
     }
 
     /// Checkpoints contain their byte order since PyTorch 2.0; before that it was always
@@ -133,7 +133,7 @@ impl<'a> Checkpoint<'a> {
         };
         let count = checked_count(name, &view.shape, view.count())?;
         let path = format!("data/{}", view.storage.key);
-        let bytes = self.entry(&path, crate::policy::LARGEST_FILE)?;
+        let bytes = self.entry(&path, crate::LARGEST_FILE)?;
         let values = (0..count).map(|index| float.at(&bytes, view.place(index)?));
         let complete: Option<Vec<f32>> = values.collect();
         let values = complete.ok_or_else(|| {

@@ -1,15 +1,7 @@
 //! The network itself: two hidden layers of tanh, one action or a chunk of them.
 
-use std::sync::Arc;
-
-use super::{
-    error::{self, WeightsError},
-    tensor::Tensor,
-};
-use crate::{Action, Observation, policy::Policy};
-
-/// Numbers in an observation.
-pub(super) const INPUTS: usize = 5;
+use super::{error, tensor::Tensor};
+use crate::WeightsError;
 
 /// Maximum number of units in a hidden layer.
 pub const LARGEST_WIDTH: usize = 1_024;
@@ -40,13 +32,13 @@ impl Mlp {
         mut read: impl FnMut(&'static str) -> Result<Tensor, WeightsError>,
     ) -> Result<Self, WeightsError> {
         let first = read("actor_mean.0.weight")?;
-        let [width @ 1..=LARGEST_WIDTH, INPUTS] = first.shape[..] else {
-            let expected = format!("[width, {INPUTS}] with a width of 1 to {LARGEST_WIDTH}");
+        let [width @ 1..=LARGEST_WIDTH, inputs @ 1..=LARGEST_WIDTH] = first.shape[..] else {
+            let expected = format!("[width, inputs] with 1 to {LARGEST_WIDTH} of each");
             return Err(error::shape("actor_mean.0.weight", &expected, &first.shape));
         };
         let mut numbers = |name, shape: &[usize]| checked(name, read(name)?, shape);
         let below = Layer::new(
-            &checked("actor_mean.0.weight", first, &[width, INPUTS])?,
+            &checked("actor_mean.0.weight", first, &[width, inputs])?,
             numbers("actor_mean.0.bias", &[width])?,
         );
         let above = Layer::new(
@@ -74,7 +66,13 @@ impl Mlp {
         self.layers[0].bias.len()
     }
 
-    /// Actions in an answer.
+    /// Numbers in an observation.
+    pub fn inputs(&self) -> usize {
+        let layer = &self.layers[0];
+        layer.columns.len() / layer.bias.len()
+    }
+
+    /// Numbers in an answer.
     pub fn actions(&self) -> usize {
         self.layers[2].bias.len()
     }
@@ -121,54 +119,25 @@ impl Layer {
     }
 }
 
-/// A policy that returns the network's mean action, as the course deploys its agent, or a
-/// chunk of them. A decision on one action allocates no memory.
-pub struct Network {
-    name: String,
-    weights: Arc<Mlp>,
-    /// The last outputs of the two hidden layers.
-    hidden: [Vec<f32>; 2],
-    /// The last answer.
-    actions: Vec<f32>,
-}
-
-impl Network {
-    /// Creates a policy called `name` with these weights.
-    pub fn new(name: &str, weights: Arc<Mlp>) -> Self {
-        let layer = vec![0.0; weights.width()];
-        Self {
-            name: name.to_owned(),
-            actions: vec![0.0; weights.actions()],
-            weights,
-            hidden: [layer.clone(), layer],
+impl Mlp {
+    /// Computes the last of the outputs of all layers from `inputs`.
+    pub(super) fn run<'o>(&self, inputs: &[f32], outputs: &'o mut [Vec<f32>]) -> &'o [f32] {
+        let mut known: &[f32] = inputs;
+        let last = self.layers.len() - 1;
+        for (place, (layer, output)) in self.layers.iter().zip(outputs.iter_mut()).enumerate() {
+            layer.apply(known, output);
+            if place < last {
+                squash(output);
+            }
+            known = output;
         }
+        outputs.last().map_or(&[], |outputs| outputs)
     }
 
-    /// Returns its answer to `observation`.
-    fn answer(&mut self, observation: &Observation) -> &[f32] {
-        let [first, second, last] = &self.weights.layers;
-        let [below, above] = &mut self.hidden;
-        first.apply(&observation.to_array(), below);
-        squash(below);
-        second.apply(below, above);
-        squash(above);
-        last.apply(above, &mut self.actions);
-        &self.actions
-    }
-}
-
-impl Policy for Network {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn act(&mut self, observation: &Observation) -> Action {
-        Action(self.answer(observation)[0])
-    }
-
-    fn chunk_from(&mut self, state: &Observation) -> Option<Vec<f32>> {
-        let chunk = self.weights.actions() > 1;
-        chunk.then(|| self.answer(state).to_vec())
+    /// Room for the outputs of all layers.
+    pub(super) fn room(&self) -> Vec<Vec<f32>> {
+        let sizes = self.layers.iter().map(|layer| layer.bias.len());
+        sizes.map(|size| vec![0.0; size]).collect()
     }
 }
 

@@ -2,10 +2,11 @@
 
 use std::fmt::Display;
 
-use crate::policy::{
+use crate::{
+    WeightsError,
     format::ProgramKind,
     network::{
-        error::{WeightsError, listed, unfit},
+        error::{listed, unfit},
         state::Library,
     },
 };

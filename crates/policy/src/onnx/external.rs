@@ -16,23 +16,23 @@ use ratelab_system::file::{self, FileError, folder_of};
 use thiserror::Error;
 
 use super::wire::{WireField, WireFields, WireValue, put_bytes};
-use crate::policy::LARGEST_FILE;
+use crate::LARGEST_FILE;
 
 /// The deepest message that is looked into: that of protocol buffers themselves.
 const DEEPEST: usize = 100;
 
 /// An ONNX graph that needs no other file.
-pub(in crate::policy) struct WholeGraph {
+pub(crate) struct WholeGraph {
     /// The graph, in the format of its file.
-    pub(in crate::policy) content: Vec<u8>,
+    pub(crate) content: Vec<u8>,
     /// The digest of all that the graph was made of: of its file if that is all; else of a text
     /// with the digest of the graph's file and of the other files, sorted by name, a line each.
-    pub(in crate::policy) digest: Digest,
+    pub(crate) digest: Digest,
 }
 
 /// Why the weights of a graph were not read.
 #[derive(Debug, Error)]
-pub(in crate::policy) enum ExternalError {
+pub(crate) enum ExternalError {
     /// The file is not in the format of ONNX.
     #[error("expected an ONNX graph, found a damaged file")]
     Damaged,
@@ -81,7 +81,7 @@ impl WholeGraph {
     ///
     /// # Errors
     /// [`ExternalError`] if the weights are elsewhere, or cannot be read.
-    pub(in crate::policy) fn read(content: Vec<u8>, path: &Path) -> Result<Self, ExternalError> {
+    pub(crate) fn read(content: Vec<u8>, path: &Path) -> Result<Self, ExternalError> {
         let mut reader = Reader {
             graph: path,
             files: BTreeMap::new(),

@@ -1,25 +1,7 @@
 //! The errors in a file of weights: the expected and the actual content. Texts from the file are
 //! quoted, so that each error stays one line.
 
-use thiserror::Error;
-
-use crate::policy::format::{ProgramKind, way_out};
-
-/// Why no network was read from a file.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum WeightsError {
-    /// The file is damaged, or too large.
-    #[error("{0}")]
-    Damaged(String),
-    /// The file holds another policy than the network that is computed here; a program may run it.
-    #[error("{why}; {}", way_out(*.program))]
-    Unfit {
-        /// What was expected, and what was found.
-        why: String,
-        /// The kind of that program, if any.
-        program: Option<ProgramKind>,
-    },
-}
+use crate::{WeightsError, format::ProgramKind};
 
 /// Returns a network of PyTorch that is not computed here.
 pub(super) fn unfit(why: String) -> WeightsError {

@@ -6,14 +6,15 @@
 mod checkpoint;
 mod error;
 mod mlp;
+mod policy;
 mod safetensors;
 mod state;
 mod tensor;
 
-use super::format::FileFormat;
-pub use error::WeightsError;
+use crate::{WeightsError, format::FileFormat};
 use mlp::LARGEST_WIDTH;
-pub use mlp::{Mlp, Network};
+pub use mlp::Mlp;
+pub(crate) use policy::Network;
 
 /// Reads the weights from a PyTorch checkpoint or a safetensors file; the content
 /// determines the format.
