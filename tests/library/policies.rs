@@ -258,7 +258,7 @@ fn a_network_with_several_actions_is_for_chunks_of_just_so_many() {
         "1 | none | made
          1 | 3    | made
          4 | 4    | made
-         2 | none | of two choices, a short program can run it: ratelab new policy.py --policy module
+         2 | none | made
          4 | none | answers are 4 numbers, and the run wants one action: give --chunk 4 if they are
          4 | 3    | are 4 numbers, and the run wants chunks of 3 actions: give --chunk 4 if they are",
     ) {
@@ -276,7 +276,7 @@ fn a_network_with_several_actions_is_for_chunks_of_just_so_many() {
         );
         assert!(made.contains(&found), "{actions} {chunk}: {made}");
     }
-    assert!(refusal(&file("none", 0)).contains("of shape [1, 8], found [0, 8]"));
+    assert!(refusal(&file("none", 0)).contains("of each, found [0, 8]"));
 }
 
 /// Number of steps until the fall of an agent trained by the course, seeds 0 to 9.

@@ -47,7 +47,7 @@ pub use message::{
 pub use nodes::{
     ACTUATOR, Actuator, NotFinite, OnStale, POLICY, PolicyNode, SENSE_TO_ACT, SENSOR, Sensor,
 };
-pub(crate) use nodes::{DISTURB, SIMILAR};
+pub(crate) use nodes::{DISTURB, OBSERVE, SIMILAR};
 pub use parameter_error::ParameterError;
 pub(crate) use parameter_error::in_words;
 pub use plant::{CONTROL_HZ, CartPlant, Plant, SharedPlant, actuator_hz, mujoco_version};

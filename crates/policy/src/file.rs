@@ -7,7 +7,7 @@ use ratelab_system::file::{self, FileError};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    LARGEST_FILE, PolicyFault,
+    Activation, LARGEST_FILE, PolicyFault,
     format::{FileFormat, way_out},
     onnx::WholeGraph,
 };
@@ -26,6 +26,9 @@ pub struct PolicyFile {
     /// Whether it is known to be a program.
     #[serde(default, rename = "program")]
     pub is_program: bool,
+    /// The activation of a network, if its name has one: `path/to/file.pt#relu`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub activation: Option<Activation>,
 }
 
 impl PolicyFile {
@@ -35,10 +38,14 @@ impl PolicyFile {
         let pinned =
             Digest::split_pin(file).and_then(|(path, digest)| Some((path, Some(digest.ok()?))));
         let (path, sha256) = pinned.unwrap_or((file, None));
+        let named = path.rsplit_once('#');
+        let named = named.and_then(|(path, name)| Some((path, Some(name.parse().ok()?))));
+        let (path, activation) = named.unwrap_or((path, None));
         Self {
             path: path.to_owned(),
             sha256,
             is_program: file != text,
+            activation,
         }
     }
 
@@ -95,9 +102,13 @@ fn unread(why: FileError) -> PolicyFault {
 impl fmt::Display for PolicyFile {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(if self.is_program { PROGRAM } else { "" })?;
+        f.write_str(&self.path)?;
+        if let Some(activation) = self.activation {
+            write!(f, "#{activation}")?;
+        }
         match self.sha256 {
-            Some(digest) => write!(f, "{}{}{digest}", self.path, Digest::PIN),
-            None => f.write_str(&self.path),
+            Some(digest) => write!(f, "{}{digest}", Digest::PIN),
+            None => Ok(()),
         }
     }
 }

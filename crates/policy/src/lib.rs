@@ -13,6 +13,7 @@
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 
 mod cache;
+mod choice;
 mod error;
 mod file;
 mod format;
@@ -28,7 +29,7 @@ pub use error::{PolicyError, PolicyFault, WeightsError};
 pub use file::PolicyFile;
 pub use format::{ProgramKind, way_out};
 pub use loaded::LoadedFile;
-pub use network::{Mlp, read_weights};
+pub use network::{Activation, Mlp, read_weights};
 pub use onnx::RUNS_ONNX;
 pub use program::end_programs;
 pub use program_error::ProgramError;

@@ -4,11 +4,15 @@ use std::sync::Arc;
 
 use crate::{
     Mlp, PolicyContext, PolicyError, PolicyFault, PolicyFile, RowPolicy, RowShape,
+    choice::Choice,
     format::{FileFormat, ProgramKind, way_out},
-    network::{Network, read_weights},
+    network::{Network, read_with},
     onnx::OnnxModel,
     program::{self, ProgramPolicy},
 };
+
+/// What to do with a policy of Gymnasium's cart-pole.
+const GYMNASIUM: &str = "--observe \"x v theta spin\" is for Gymnasium's CartPole-v1";
 
 /// A policy with all its data in memory; clones share it.
 #[derive(Clone, Debug)]
@@ -45,12 +49,17 @@ fn load(file: &PolicyFile) -> Result<LoadedFile, PolicyFault> {
         is_program: file.is_program || program::is_program(&file.path, &content, format)?,
         ..file.clone()
     };
+    let is_network = !pinned.is_program && format != FileFormat::Onnx;
+    if let (Some(activation), false) = (file.activation, is_network) {
+        let what = format!("#{activation} is for a file of weights: leave it out");
+        return Err(PolicyFault::Other(what));
+    }
     let content = if pinned.is_program {
         FileContent::Program
     } else if format == FileFormat::Onnx {
         FileContent::Graph(OnnxModel::open(&content)?)
     } else {
-        FileContent::Network(Arc::new(read_weights(&content)?))
+        FileContent::Network(Arc::new(read_with(&content, file.activation)?))
     };
     Ok(LoadedFile {
         file: pinned,
@@ -64,42 +73,56 @@ impl LoadedFile {
         &self.file
     }
 
+    /// Returns how many numbers its answers have; `None` for a program.
+    fn answers(&self, shape: RowShape) -> Result<Option<usize>, PolicyError> {
+        match &self.content {
+            FileContent::Network(weights) => Ok(Some(weights.actions())),
+            FileContent::Graph(graph) => {
+                let found = graph.outputs(shape.sees).map(Some);
+                found.map_err(|why| self.error(why.to_string()))
+            }
+            FileContent::Program => Ok(None),
+        }
+    }
+
+    /// Returns whether its outputs are the values of choices; `None` if nothing says it.
+    fn chooses(&self) -> Option<bool> {
+        match &self.content {
+            FileContent::Network(weights) => weights.chooses(),
+            FileContent::Graph(_) | FileContent::Program => None,
+        }
+    }
+
     /// Checks that its answers fit a run with `chunk` actions in each, or with single actions.
     ///
     /// # Errors
     /// [`PolicyError`] if a network answers with other chunks.
     pub fn check_chunk(&self, chunk: Option<usize>, shape: RowShape) -> Result<(), PolicyError> {
-        let actions = match &self.content {
-            FileContent::Network(weights) => weights.actions(),
-            FileContent::Graph(graph) => graph
-                .outputs(shape.sees)
-                .map_err(|why| self.error(why.to_string()))?,
-            FileContent::Program => return Ok(()),
+        let Some(actions) = self.answers(shape)? else {
+            return Ok(());
         };
+        let chooses = self.chooses();
         let wants = match (chunk, shape.acts) {
-            (_, Some(controls)) if actions == controls => return Ok(()),
+            (_, Some(controls)) if actions == controls && chooses != Some(true) => return Ok(()),
             (_, Some(controls)) => {
+                let what = match chooses {
+                    Some(true) => "values of choices",
+                    _ => "numbers",
+                };
                 let way_out = way_out(None);
                 return Err(self.error(format!(
-                    "its answers are {actions} numbers, and the robot has {controls} controls; {way_out}"
+                    "its answers are {actions} {what}, and the robot has {controls} controls; {way_out}"
                 )));
             }
+            (_, None) if actions == 2 && chooses != Some(false) => return Ok(()),
             (chunk, None) if actions == 1 || chunk == Some(actions) => return Ok(()),
             (None, None) => "one action".to_owned(),
             (Some(wanted), None) => format!("chunks of {wanted} actions"),
         };
         let way_out = way_out(Some(ProgramKind::Module));
-        let remedy = if actions == 2 {
-            format!(
-                "if they are the values of two choices, {way_out}; if they are the next 2 actions, give --chunk 2"
-            )
-        } else {
-            format!(
-                "give --chunk {actions} if they are the next {actions} actions; if not, {way_out}"
-            )
-        };
         Err(self.error(format!(
-            "its answers are {actions} numbers, and the run wants {wants}: {remedy}"
+            "its answers are {actions} numbers, and the run wants {wants}: give --chunk {actions} if \
+             they are the next {actions} actions; if not, {way_out}"
         )))
     }
 
@@ -121,16 +144,30 @@ impl LoadedFile {
             let sees = shape.sees;
             let remedy = match shape.acts {
                 Some(_) => "observe = [...] says what it was trained on".to_owned(),
-                None => way_out(Some(ProgramKind::Module)),
+                None => {
+                    let way_out = way_out(Some(ProgramKind::Module));
+                    format!("{GYMNASIUM}; else {way_out}")
+                }
             };
             return Err(self.error(format!(
                 "it sees {inputs} numbers, and an observation has {sees}: {remedy}"
             )));
         }
-        Ok(match &self.content {
+        let answers = self.answers(shape)?;
+        let policy: Box<dyn RowPolicy> = match &self.content {
             FileContent::Network(weights) => Box::new(Network::new(weights.clone())),
-            FileContent::Graph(model) => model.policy(),
-            FileContent::Program => Box::new(ProgramPolicy::new(self.file.clone(), context, shape)),
+            FileContent::Graph(model) => model.policy(answers.unwrap_or(1)),
+            FileContent::Program => {
+                let program = ProgramPolicy::new(self.file.clone(), context, shape);
+                return Ok(Box::new(program));
+            }
+        };
+        let is_of_two = answers == Some(2) && self.chooses() != Some(false);
+        let is_chunk = context.chunk == Some(2) && self.chooses() != Some(true);
+        Ok(if shape.acts.is_none() && is_of_two && !is_chunk {
+            Box::new(Choice::new(policy))
+        } else {
+            policy
         })
     }
 

@@ -10,6 +10,7 @@ mod lqr;
 mod rows;
 mod spec;
 mod swappable;
+mod terms;
 
 pub use built_in::{PolicyKind, Scripted, UnknownPolicy};
 pub(crate) use built_in::{Random, Zero};
@@ -22,3 +23,4 @@ pub use ratelab_policy::{
 };
 pub use spec::{LoadedPolicy, PolicySpec};
 pub use swappable::SwappablePolicy;
+pub use terms::CartTerms;

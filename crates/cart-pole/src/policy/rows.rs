@@ -4,13 +4,13 @@ use std::{sync::Arc, time::Duration};
 
 use ratelab_policy::{AnswerKind, Moment, PolicyFault, RowPolicy, RowShape};
 
-use super::Policy;
+use super::{CartTerms, Policy};
 use crate::{Action, CONTROL_HZ, Observation};
 
 /// What a policy of the cart-pole sees, and answers with.
-pub(super) fn shape() -> RowShape {
+pub(super) fn shape(terms: &CartTerms) -> RowShape {
     RowShape {
-        sees: 5,
+        sees: terms.size(),
         acts: None,
         action_ns: Duration::from_secs_f64(1.0 / CONTROL_HZ).as_nanos() as u64,
     }
@@ -20,16 +20,24 @@ pub(super) fn shape() -> RowShape {
 pub(super) struct FilePolicy {
     name: String,
     rows: Box<dyn RowPolicy>,
+    terms: CartTerms,
+    /// What it sees.
+    seen: Vec<f64>,
 }
 
 impl FilePolicy {
-    pub(super) fn new(name: &str, rows: Box<dyn RowPolicy>) -> Self {
-        let name = name.to_owned();
-        Self { name, rows }
+    pub(super) fn new(name: &str, rows: Box<dyn RowPolicy>, terms: CartTerms) -> Self {
+        Self {
+            name: name.to_owned(),
+            rows,
+            seen: vec![0.0; terms.size()],
+            terms,
+        }
     }
 
     fn answer(&mut self, observation: &Observation) -> &[f64] {
-        self.rows.answer(&observation.to_array().map(f64::from))
+        self.terms.put(observation, &mut self.seen);
+        self.rows.answer(&self.seen)
     }
 
     /// The answer to an observation, if its answers are of this kind.

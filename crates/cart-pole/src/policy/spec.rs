@@ -6,7 +6,7 @@ use ratelab_policy::{LoadedFile, PolicyContext, PolicyError, PolicyFault, Policy
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Lqr, LqrError, Policy, PolicyKind, Random, Scripted, UnknownPolicy, Zero,
+    CartTerms, Lqr, LqrError, Policy, PolicyKind, Random, Scripted, UnknownPolicy, Zero,
     built_in::EXPECTED,
     rows::{FilePolicy, shape},
 };
@@ -46,24 +46,27 @@ impl PolicySpec {
     /// [`PolicyError`] with the file, the expected content and the actual content. It
     /// never falls back to another policy.
     pub fn load(&self) -> Result<LoadedPolicy, PolicyError> {
-        self.load_by(PolicyFile::load)
+        self.load_by(&CartTerms::default(), PolicyFile::load)
     }
 
-    /// Loads the policy; a file by `load`.
+    /// Loads the policy; a file by `load`, which is to see these `terms`.
     pub(super) fn load_by(
         &self,
+        terms: &CartTerms,
         load: impl FnOnce(&PolicyFile) -> Result<LoadedFile, PolicyError>,
     ) -> Result<LoadedPolicy, PolicyError> {
         Ok(match self {
             Self::BuiltIn(kind) => LoadedPolicy {
                 spec: self.clone(),
                 content: SpecContent::BuiltIn(*kind),
+                terms: terms.clone(),
             },
             Self::File(file) => {
                 let loaded = load(file).map_err(with_names)?;
                 LoadedPolicy {
                     spec: Self::File(loaded.file().clone()),
                     content: SpecContent::File(loaded),
+                    terms: terms.clone(),
                 }
             }
         })
@@ -117,6 +120,8 @@ impl FromStr for PolicySpec {
 pub struct LoadedPolicy {
     spec: PolicySpec,
     content: SpecContent,
+    /// What it sees, if it is in a file.
+    terms: CartTerms,
 }
 
 #[derive(Clone, Debug)]
@@ -138,7 +143,7 @@ impl LoadedPolicy {
     pub fn check_chunk(&self, chunk: Option<usize>) -> Result<(), PolicyError> {
         match &self.content {
             SpecContent::BuiltIn(_) => Ok(()),
-            SpecContent::File(file) => file.check_chunk(chunk, shape()),
+            SpecContent::File(file) => file.check_chunk(chunk, shape(&self.terms)),
         }
     }
 
@@ -160,8 +165,8 @@ impl LoadedPolicy {
                 Box::new(lqr.map_err(error)?)
             }
             SpecContent::File(file) => {
-                let rows = file.policy(context, shape())?;
-                Box::new(FilePolicy::new(self.spec.name(), rows))
+                let rows = file.policy(context, shape(&self.terms))?;
+                Box::new(FilePolicy::new(self.spec.name(), rows, self.terms.clone()))
             }
         })
     }

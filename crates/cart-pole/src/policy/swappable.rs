@@ -59,11 +59,12 @@ fn make(
     match spec {
         PolicySpec::BuiltIn(_) => Ok((spec.load()?.policy(context)?, spec.to_string())),
         PolicySpec::File(file) => {
-            let started = cache.0.start(file, context, shape(), answers);
+            let terms = cache.terms.clone();
+            let started = cache.files.start(file, context, shape(&terms), answers);
             let (rows, file) = started.map_err(with_names)?;
             let spec = PolicySpec::File(file);
             Ok((
-                Box::new(FilePolicy::new(spec.name(), rows)),
+                Box::new(FilePolicy::new(spec.name(), rows, terms)),
                 spec.to_string(),
             ))
         }

@@ -21,7 +21,7 @@ pub(super) fn shape(name: &str, expected: &str, found: &[usize]) -> WeightsError
 /// A tensor has elements of another type.
 pub(super) fn kind(name: &str, found: &str) -> WeightsError {
     unfit(format!(
-        "expected {name:?} of float16, float32 or float64, found {found}"
+        "expected {name:?} of float16, bfloat16, float32 or float64, found {found}"
     ))
 }
 

@@ -1,20 +1,38 @@
-//! The network itself: two hidden layers of tanh, one action or a chunk of them.
+//! The network itself: linear layers with an activation between them.
 
-use super::{error, tensor::Tensor};
+use super::{activation::Activation, chain::LayerChain, error, tensor::Tensor};
 use crate::WeightsError;
 
 /// Maximum number of units in a hidden layer.
 pub const LARGEST_WIDTH: usize = 1_024;
 
-/// The weights of an actor: observation → `width` tanh → `width` tanh → mean
-/// actions, in single precision as PyTorch computes it.
+/// Maximum number of weights: four layers of the largest width.
+const MOST_NUMBERS: usize = 4 * LARGEST_WIDTH * LARGEST_WIDTH;
+
+/// The weights of a network: a chain of linear layers with an activation between two of them, in
+/// single precision as PyTorch computes it.
 ///
-/// Named as in the course's agent: `actor_mean.0`, `.2` and `.4`, each a `weight` of
-/// shape `[out, in]` and a `bias` of shape `[out]`. The width comes from the file, up to
-/// `LARGEST_WIDTH`, and so does the number of actions: one, or a chunk.
+/// Widths and the number of layers come from the file, up to `LARGEST_WIDTH`, and so does the number of
+/// actions: those of one moment, or of a chunk.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mlp {
-    layers: [Layer; 3],
+    layers: Vec<Layer>,
+    activation: Activation,
+    ending: Ending,
+    /// Whether its outputs are values of choices; `None` if nothing says it.
+    chooses: Option<bool>,
+}
+
+/// What becomes of the outputs of the last layer.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) enum Ending {
+    /// They are the answer.
+    #[default]
+    Plain,
+    /// They are clipped to these bounds.
+    Clipped(Vec<[f32; 2]>),
+    /// They are squashed into these bounds, by a hyperbolic tangent.
+    Squashed(Vec<[f32; 2]>),
 }
 
 /// `y = W·x + b`.
@@ -24,46 +42,63 @@ struct Layer {
     /// addition.
     columns: Vec<f32>,
     bias: Vec<f32>,
+    /// Whether an activation follows.
+    activates: bool,
 }
 
 impl Mlp {
-    /// Builds the actor from the tensors that `read` returns by name.
-    pub(super) fn from_tensors(
-        mut read: impl FnMut(&'static str) -> Result<Tensor, WeightsError>,
+    /// Builds the network of a chain from the tensors that `read` returns by name.
+    pub(super) fn from_chain(
+        chain: &LayerChain<'_>,
+        activation: Activation,
+        mut read: impl FnMut(&str) -> Result<Tensor, WeightsError>,
     ) -> Result<Self, WeightsError> {
-        let first = read("actor_mean.0.weight")?;
-        let [width @ 1..=LARGEST_WIDTH, inputs @ 1..=LARGEST_WIDTH] = first.shape[..] else {
-            let expected = format!("[width, inputs] with 1 to {LARGEST_WIDTH} of each");
-            return Err(error::shape("actor_mean.0.weight", &expected, &first.shape));
-        };
-        let mut numbers = |name, shape: &[usize]| checked(name, read(name)?, shape);
-        let below = Layer::new(
-            &checked("actor_mean.0.weight", first, &[width, inputs])?,
-            numbers("actor_mean.0.bias", &[width])?,
-        );
-        let above = Layer::new(
-            &numbers("actor_mean.2.weight", &[width, width])?,
-            numbers("actor_mean.2.bias", &[width])?,
-        );
-        let last = read("actor_mean.4.weight")?;
-        let actions = last
-            .shape
-            .first()
-            .copied()
-            .unwrap_or(1)
-            .clamp(1, LARGEST_WIDTH);
-        let last = Layer::new(
-            &checked("actor_mean.4.weight", last, &[actions, width])?,
-            checked("actor_mean.4.bias", read("actor_mean.4.bias")?, &[actions])?,
-        );
+        let mut layers = Vec::new();
+        let (mut wide, mut numbers) = (None, 0);
+        for layer in &chain.layers {
+            let name = format!("{}.weight", layer.name);
+            let rows = read(&name)?;
+            let fits = |size: usize| (1..=LARGEST_WIDTH).contains(&size);
+            let [outputs, inputs] = layer.shape;
+            if !fits(outputs) || wide.unwrap_or(inputs) != inputs || !fits(inputs) {
+                let inputs = wide.map_or("inputs".to_owned(), |wide: usize| wide.to_string());
+                let expected = format!("[width, {inputs}] with 1 to {LARGEST_WIDTH} of each");
+                return Err(error::shape(&name, &expected, &layer.shape));
+            }
+            numbers += outputs * inputs;
+            if numbers > MOST_NUMBERS {
+                return Err(error::unfit(format!(
+                    "expected {MOST_NUMBERS} weights at most, found more"
+                )));
+            }
+            let rows = checked(&name, rows, &layer.shape)?;
+            let name = format!("{}.bias", layer.name);
+            let bias = checked(&name, read(&name)?, &[outputs])?;
+            layers.push(Layer::new(&rows, bias, layer.activates));
+            wide = Some(outputs);
+        }
         Ok(Self {
-            layers: [below, above, last],
+            layers,
+            activation,
+            ending: Ending::Plain,
+            chooses: None,
         })
     }
 
-    /// Units in each hidden layer.
-    pub fn width(&self) -> usize {
-        self.layers[0].bias.len()
+    /// The same with another ending.
+    pub(super) fn ending(self, ending: Ending) -> Self {
+        Self { ending, ..self }
+    }
+
+    /// The same, known to choose, or not to.
+    pub(super) fn choosing(self, chooses: bool) -> Self {
+        let chooses = Some(chooses);
+        Self { chooses, ..self }
+    }
+
+    /// Whether its outputs are values of choices; `None` if nothing says it.
+    pub fn chooses(&self) -> Option<bool> {
+        self.chooses
     }
 
     /// Numbers in an observation.
@@ -74,12 +109,30 @@ impl Mlp {
 
     /// Numbers in an answer.
     pub fn actions(&self) -> usize {
-        self.layers[2].bias.len()
+        self.layers.last().map_or(0, |layer| layer.bias.len())
+    }
+}
+
+impl Ending {
+    fn apply(&self, outputs: &mut [f32]) {
+        match self {
+            Self::Plain => {}
+            Self::Clipped(bounds) => {
+                for (number, [low, high]) in outputs.iter_mut().zip(bounds) {
+                    *number = number.max(*low).min(*high);
+                }
+            }
+            Self::Squashed(bounds) => {
+                for (number, [low, high]) in outputs.iter_mut().zip(bounds) {
+                    *number = low + 0.5 * (number.tanh() + 1.0) * (high - low);
+                }
+            }
+        }
     }
 }
 
 /// Returns the numbers of `tensor`, if it has this shape and all are finite.
-fn checked(name: &'static str, tensor: Tensor, shape: &[usize]) -> Result<Vec<f32>, WeightsError> {
+fn checked(name: &str, tensor: Tensor, shape: &[usize]) -> Result<Vec<f32>, WeightsError> {
     if tensor.shape != shape {
         return Err(error::shape(name, &format!("{shape:?}"), &tensor.shape));
     }
@@ -94,7 +147,7 @@ fn checked(name: &'static str, tensor: Tensor, shape: &[usize]) -> Result<Vec<f3
 
 impl Layer {
     /// Creates a layer from weights in row order.
-    fn new(rows: &[f32], bias: Vec<f32>) -> Self {
+    fn new(rows: &[f32], bias: Vec<f32>, activates: bool) -> Self {
         let outputs = bias.len();
         let inputs = rows.len() / outputs;
         let weights = (0..inputs).flat_map(|input| {
@@ -104,6 +157,7 @@ impl Layer {
         Self {
             columns: weights.collect(),
             bias,
+            activates,
         }
     }
 
@@ -123,13 +177,15 @@ impl Mlp {
     /// Computes the last of the outputs of all layers from `inputs`.
     pub(super) fn run<'o>(&self, inputs: &[f32], outputs: &'o mut [Vec<f32>]) -> &'o [f32] {
         let mut known: &[f32] = inputs;
-        let last = self.layers.len() - 1;
-        for (place, (layer, output)) in self.layers.iter().zip(outputs.iter_mut()).enumerate() {
+        for (layer, output) in self.layers.iter().zip(outputs.iter_mut()) {
             layer.apply(known, output);
-            if place < last {
-                squash(output);
+            if layer.activates {
+                self.activation.apply(output);
             }
             known = output;
+        }
+        if let Some(last) = outputs.last_mut() {
+            self.ending.apply(last);
         }
         outputs.last().map_or(&[], |outputs| outputs)
     }
@@ -138,11 +194,5 @@ impl Mlp {
     pub(super) fn room(&self) -> Vec<Vec<f32>> {
         let sizes = self.layers.iter().map(|layer| layer.bias.len());
         sizes.map(|size| vec![0.0; size]).collect()
-    }
-}
-
-fn squash(layer: &mut [f32]) {
-    for unit in layer {
-        *unit = unit.tanh();
     }
 }

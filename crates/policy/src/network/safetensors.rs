@@ -4,7 +4,8 @@ use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 
 use super::{
     Mlp, error,
-    state::{StateItem, StateItems, StateKind},
+    state::{NetworkSettings, StateItems},
+    state_item::{StateItem, StateKind},
     tensor::{Float, Tensor, checked_count},
 };
 use crate::WeightsError;
@@ -13,7 +14,7 @@ use crate::WeightsError;
 const LONGEST_HEADER: u64 = 1 << 18;
 
 /// Reads the actor from a safetensors file.
-pub(super) fn read(content: &[u8]) -> Result<Mlp, WeightsError> {
+pub(super) fn read(content: &[u8], settings: NetworkSettings) -> Result<Mlp, WeightsError> {
     check_header(content)?;
     let invalid = |why: safetensors::SafeTensorError| {
         no_format(&format!(
@@ -28,16 +29,15 @@ pub(super) fn read(content: &[u8]) -> Result<Mlp, WeightsError> {
         let kind = StateKind::Tensor(shape);
         Some(StateItem { name, kind })
     });
-    let settings = header.metadata().iter().flatten().map(|(name, text)| {
+    let notes = header.metadata().iter().flatten().map(|(name, text)| {
         let kind = StateKind::Text(text);
         StateItem { name, kind }
     });
-    let items = StateItems::new(tensors.chain(settings).collect(), None);
-    let mlp = Mlp::from_tensors(|name| match file.tensor(name) {
+    let items = StateItems::new(tensors.chain(notes).collect(), None);
+    items.network(settings, |name| match file.tensor(name) {
         Ok(view) => tensor(name, &view),
         Err(_) => Err(items.missing(name)),
-    })?;
-    items.check(mlp.inputs()).map(|()| mlp)
+    })
 }
 
 fn no_format(why: &str) -> WeightsError {
@@ -65,9 +65,10 @@ fn check_header(content: &[u8]) -> Result<(), WeightsError> {
 }
 
 /// Reads the tensor called `name`.
-fn tensor(name: &'static str, view: &TensorView) -> Result<Tensor, WeightsError> {
+fn tensor(name: &str, view: &TensorView) -> Result<Tensor, WeightsError> {
     let float = match view.dtype() {
         Dtype::F16 => Float::F16,
+        Dtype::BF16 => Float::BF16,
         Dtype::F32 => Float::F32,
         Dtype::F64 => Float::F64,
         other => return Err(error::kind(name, &format!("{other:?}"))),

@@ -1,33 +1,14 @@
 //! The tensors of an actor, by the library that named them.
 
-use super::error::{listed, quoted, unfit};
+use super::{
+    Mlp,
+    activation::Activation,
+    chain::{LayerChain, NoChain},
+    error::{listed, quoted, unfit},
+    state_item::{DEVIATIONS, StateItem, StateKind, is_beside},
+    tensor::Tensor,
+};
 use crate::{WeightsError, format::ProgramKind};
-
-/// The tensors of the actor, in the order of their use.
-pub(super) const ACTOR: [&str; 6] = [
-    "actor_mean.0.weight",
-    "actor_mean.0.bias",
-    "actor_mean.2.weight",
-    "actor_mean.2.bias",
-    "actor_mean.4.weight",
-    "actor_mean.4.bias",
-];
-
-/// The layers of the actor, with the activations between them.
-const LAYERS: [&str; 6] = [
-    "actor_mean",
-    "actor_mean.0",
-    "actor_mean.1",
-    "actor_mean.2",
-    "actor_mean.3",
-    "actor_mean.4",
-];
-
-/// Beginnings of the first part of a name which has no part in the action.
-const BESIDE: [&str; 5] = ["critic", "value", "vf", "qf", "optim"];
-
-/// Parts of names of the deviation of exploration.
-const DEVIATION: [&str; 2] = ["logstd", "log_std"];
 
 /// Parts of names of a normaliser.
 const NORMALISER: [&str; 6] = ["mean", "var", "std", "rms", "norm", "scaler"];
@@ -35,31 +16,19 @@ const NORMALISER: [&str; 6] = ["mean", "var", "std", "rms", "norm", "scaler"];
 /// Parts of names of settings that change what the actor sees or says.
 const CHANGES: [&str; 5] = ["scale", "bias", "clip", "norm", "offset"];
 
+/// The tensor that is missed where nothing looks like a policy: the first one of the course's agent.
+const FIRST: &str = "actor_mean.0.weight";
+
 /// The longest name that is looked at (bytes): a file may have thousands of names as long as itself.
 const LONGEST_NAME: usize = 256;
 
-/// Something of a state dictionary.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct StateItem<'f> {
-    pub(super) name: &'f str,
-    pub(super) kind: StateKind<'f>,
-}
-
-/// What it is.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum StateKind<'f> {
-    /// A tensor of this shape.
-    Tensor(&'f [usize]),
-    /// A plain number.
-    Number,
-    /// A text.
-    Text(&'f str),
-    /// Nothing, or a truth value.
-    Flag,
-    /// A layer, with or without tensors.
-    Layer,
-    /// Something that holds other values, of this name.
-    Container(&'static str),
+/// What is known of a network beside its state dictionary.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct NetworkSettings {
+    /// The activation, whatever the dictionary says.
+    pub(super) activation: Option<Activation>,
+    /// Whether it is in a model of Stable-Baselines3, which says the rest.
+    pub(super) is_in_model: bool,
 }
 
 /// Everything in a state dictionary, sorted by name.
@@ -91,17 +60,105 @@ impl<'f> StateItems<'f> {
         Self { items, nested }
     }
 
-    /// Checks that nothing beside the tensors of the actor, which sees so many numbers, changes its action.
-    pub(super) fn check(&self, inputs: usize) -> Result<(), WeightsError> {
-        let unused = |item: &StateItem<'f>| Some((item.name, unused(item, inputs)?));
+    /// Checks that nothing around the dictionary changes what the policy in it sees.
+    pub(super) fn check_around(&self, chosen: &str) -> Result<(), WeightsError> {
+        let sees = |item: &&StateItem<'_>| {
+            let name = item.name.to_lowercase();
+            let parts = NORMALISER.iter().chain(&["preprocess"]);
+            let is_whole = matches!(item.kind, StateKind::Container(_) | StateKind::Tensor(_));
+            is_whole && item.name != chosen && parts.clone().any(|part| name.contains(part))
+        };
+        self.items.iter().find(sees).map_or(Ok(()), |item| {
+            Err(unfit(format!(
+                "expected nothing that changes the action beside {}, found {} (it looks like a \
+                 normaliser)",
+                quoted(chosen),
+                quoted(item.name)
+            )))
+        })
+    }
+
+    /// Whether a policy is in it, with all its tensors.
+    pub(super) fn has_policy(&self, settings: NetworkSettings) -> bool {
+        let chain = self.chain(settings);
+        chain.is_ok_and(|chain| chain.is_whole(&self.items))
+    }
+
+    /// Finds the layers of the policy.
+    ///
+    /// # Errors
+    /// [`NoChain`] if there are none, or several.
+    fn chain(&self, settings: NetworkSettings) -> Result<LayerChain<'f>, NoChain> {
+        match Library::detect(self.items.iter().map(|item| item.name)) {
+            // What their layers do is not in the dictionary.
+            Some(library) if !library.is_plain && !settings.is_in_model => Err(NoChain::None),
+            _ => LayerChain::find(&self.items),
+        }
+    }
+
+    /// The activation that a setting names.
+    ///
+    /// # Errors
+    /// [`WeightsError`] for one that is not computed here.
+    pub(super) fn activation(&self) -> Result<Option<Activation>, WeightsError> {
+        let mut settings = self.items.iter().filter_map(|item| match item.kind {
+            StateKind::Text(text) if item.name.to_lowercase().contains("activation") => {
+                Some((item.name, text))
+            }
+            _ => None,
+        });
+        let is_of_rsl_rl = |item: &StateItem<'_>| DEVIATIONS.contains(&item.name);
+        if self.items.iter().any(is_of_rsl_rl) {
+            return Err(unfit(
+                "found a policy of rsl_rl, whose activation is in no file: name it, as in \
+                 model.pt#elu"
+                    .to_owned(),
+            ));
+        }
+        settings.next().map_or(Ok(None), |(name, text)| {
+            let found = Activation::named(text);
+            found
+                .map(Some)
+                .ok_or_else(|| unfit(format!("found {} (another activation)", quoted(name))))
+        })
+    }
+
+    /// Reads the network in it from the tensors that `read` returns by name.
+    ///
+    /// # Errors
+    /// [`WeightsError`] if there is no network, or something would change its answers.
+    pub(super) fn network(
+        &self,
+        settings: NetworkSettings,
+        read: impl FnMut(&str) -> Result<Tensor, WeightsError>,
+    ) -> Result<Mlp, WeightsError> {
+        let chain = self.chain(settings).map_err(|why| match why {
+            NoChain::None => self.missing(FIRST),
+            NoChain::Other(what) => {
+                unfit(format!("expected a chain of linear layers, found {what}"))
+            }
+        })?;
+        let activation = match settings.activation {
+            None => self.activation()?.unwrap_or_default(),
+            Some(activation) => activation,
+        };
+        let mlp = Mlp::from_chain(&chain, activation, read)?;
+        self.check(&chain, settings).map(|()| mlp)
+    }
+
+    /// Checks that nothing beside the layers of `chain` changes its action.
+    fn check(&self, chain: &LayerChain<'_>, settings: NetworkSettings) -> Result<(), WeightsError> {
+        let unused = |item: &StateItem<'f>| Some((item.name, unused(item, chain)?));
         let is_layer = |item: &&StateItem<'_>| matches!(item.kind, StateKind::Layer);
         // A layer with weights is named by these.
         let (layers, others): (Vec<_>, Vec<_>) = self.items.iter().partition(is_layer);
+        let layers = layers.into_iter().filter(|_| !settings.is_in_model);
         let mut items = others.into_iter().chain(layers);
         items.find_map(unused).map_or(Ok(()), |(name, what)| {
+            let layers: Vec<&str> = chain.layers.iter().map(|layer| layer.name).collect();
             Err(unfit(format!(
-                "expected nothing that changes the action beside actor_mean.0, .2 and .4 (two \
-                 hidden layers of tanh), found {} ({what})",
+                "expected nothing that changes the action beside {}, found {} ({what})",
+                layers.join(", "),
                 quoted(name)
             )))
         })
@@ -168,32 +225,20 @@ impl<'f> StateItems<'f> {
     }
 }
 
-impl StateKind<'_> {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Tensor(_) => "a tensor",
-            Self::Number => "a number",
-            Self::Text(_) => "a string",
-            Self::Flag => "a truth value, or None",
-            Self::Layer => "a layer",
-            Self::Container(name) => name,
-        }
-    }
-}
-
 /// Returns what `item` is, if it would change the action and is not read.
-fn unused(item: &StateItem, inputs: usize) -> Option<&'static str> {
+fn unused(item: &StateItem, chain: &LayerChain<'_>) -> Option<&'static str> {
     let name = item.name.to_lowercase();
     let has = |parts: &[&str]| parts.iter().any(|part| name.contains(part));
-    if ACTOR.contains(&item.name) || LAYERS.contains(&item.name) {
+    if chain.has(item.name) {
         return None;
     }
-    if name.starts_with("actor_mean") {
+    if is_beside(&name) {
+        return None;
+    }
+    if chain.is_changed_by(item.name, matches!(item.kind, StateKind::Layer)) {
         return Some("another layer of the actor");
     }
-    if BESIDE.iter().any(|beside| name.starts_with(beside)) || has(&DEVIATION) {
-        return None;
-    }
+    let inputs = chain.layers.first().map_or(0, |layer| layer.shape[1]);
     let is_of_the_policy = has(&["act", "obs"]);
     match item.kind {
         StateKind::Tensor([size] | [1, size]) if *size == inputs => {
@@ -204,8 +249,8 @@ fn unused(item: &StateItem, inputs: usize) -> Option<&'static str> {
         }
         StateKind::Tensor(_) | StateKind::Container(_) => Some("nothing here knows its use"),
         StateKind::Text(text) if name.contains("activation") => {
-            let is_tanh = text.to_lowercase().ends_with("tanh");
-            (!is_tanh).then_some("another activation")
+            let is_known = Activation::named(text).is_some();
+            (!is_known).then_some("another activation")
         }
         StateKind::Text(_) | StateKind::Number if is_of_the_policy && has(&CHANGES) => {
             Some("it scales, moves or clips what the actor sees or says")
@@ -222,30 +267,35 @@ pub(super) struct Library {
     pub(super) what: &'static str,
     /// The kind of program that runs its policies.
     pub(super) program: ProgramKind,
+    /// Whether they are linear layers with a hyperbolic tangent in between.
+    is_plain: bool,
 }
 
 const LIBRARIES: [Library; 6] = [
-    stable_baselines("mlp_extractor."),
-    stable_baselines("actor.latent_pi."),
-    stable_baselines("q_net.q_net."),
-    stable_baselines("actor.mu.0."),
+    stable_baselines("mlp_extractor.", true),
+    stable_baselines("actor.latent_pi.", false),
+    stable_baselines("q_net.q_net.", false),
+    stable_baselines("actor.mu.0.", false),
     Library {
         sign: "net_container.",
         what: "a policy of skrl",
         program: ProgramKind::Module,
+        is_plain: false,
     },
     Library {
         sign: "a2c_network.",
         what: "a policy of rl_games",
         program: ProgramKind::Module,
+        is_plain: false,
     },
 ];
 
-const fn stable_baselines(sign: &'static str) -> Library {
+const fn stable_baselines(sign: &'static str, is_plain: bool) -> Library {
     Library {
         sign,
         what: "a policy of Stable-Baselines3 (save the model with model.save)",
         program: ProgramKind::Sb3,
+        is_plain,
     }
 }
 

@@ -1,6 +1,6 @@
 //! Tensors from files.
 
-use half::f16;
+use half::{bf16, f16};
 
 use super::error;
 use crate::WeightsError;
@@ -17,7 +17,7 @@ pub(super) struct Tensor {
 
 /// Returns the number of elements of the tensor `name`, unless it has too many.
 pub(super) fn checked_count(
-    name: &'static str,
+    name: &str,
     shape: &[usize],
     count: Option<usize>,
 ) -> Result<usize, WeightsError> {
@@ -29,6 +29,7 @@ pub(super) fn checked_count(
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Float {
     F16,
+    BF16,
     F32,
     F64,
 }
@@ -37,7 +38,7 @@ impl Float {
     /// Bytes of one number.
     pub(super) fn size(self) -> usize {
         match self {
-            Self::F16 => 2,
+            Self::F16 | Self::BF16 => 2,
             Self::F32 => 4,
             Self::F64 => 8,
         }
@@ -49,6 +50,7 @@ impl Float {
         let bytes = bytes.get(begin..begin.checked_add(self.size())?)?;
         Some(match self {
             Self::F16 => f16::from_le_bytes(bytes.try_into().ok()?).to_f32(),
+            Self::BF16 => bf16::from_le_bytes(bytes.try_into().ok()?).to_f32(),
             Self::F32 => f32::from_le_bytes(bytes.try_into().ok()?),
             Self::F64 => f64::from_le_bytes(bytes.try_into().ok()?) as f32,
         })

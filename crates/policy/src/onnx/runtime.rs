@@ -15,7 +15,7 @@ use ort::{
 use ratelab::sync::lock;
 
 use crate::{
-    PolicyFault, RowPolicy,
+    AnswerKind, PolicyFault, RowPolicy,
     format::{ProgramKind, way_out},
 };
 
@@ -109,7 +109,7 @@ impl OnnxModel {
     pub(crate) fn outputs(&self, sees: usize) -> Result<usize, PolicyFault> {
         let found = || types(&lock(&self.session));
         let way_out = way_out(Some(ProgramKind::Onnx));
-        let mut graph = self.asked();
+        let mut graph = self.asked(0);
         graph.seen.resize(sees, 0.0);
         let fits = self.shape(sees).is_some();
         let answered = fits.then(|| graph.run()).and_then(Result::ok);
@@ -121,18 +121,18 @@ impl OnnxModel {
         })
     }
 
-    /// Creates a policy that runs the graph.
-    pub(crate) fn policy(&self) -> Box<dyn RowPolicy> {
-        Box::new(self.asked())
+    /// Creates a policy that runs the graph, whose answers have so many numbers.
+    pub(crate) fn policy(&self, answers: usize) -> Box<dyn RowPolicy> {
+        Box::new(self.asked(answers))
     }
 
-    fn asked(&self) -> OnnxPolicy {
+    fn asked(&self, answers: usize) -> OnnxPolicy {
         let zeros = |state: &GraphState| vec![0.0; state.shape.iter().product()];
         OnnxPolicy {
             states: self.states.iter().map(zeros).collect(),
             model: self.clone(),
             seen: Vec::new(),
-            answer: Vec::new(),
+            answer: vec![0.0; answers],
         }
     }
 
@@ -256,5 +256,12 @@ impl RowPolicy for OnnxPolicy {
             self.answer = vec![f64::NAN];
         }
         &self.answer
+    }
+
+    fn kind(&self) -> AnswerKind {
+        match self.answer.len() {
+            0 | 1 => AnswerKind::Action,
+            _ => AnswerKind::Chunk,
+        }
     }
 }

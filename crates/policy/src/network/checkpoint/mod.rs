@@ -22,6 +22,7 @@ use self::{archive::other_archive, pickle::Pickle, value::TensorView};
 use super::{
     Mlp,
     error::{kind, quoted, unfit},
+    state::NetworkSettings,
     tensor::{Tensor, checked_count},
 };
 use crate::{WeightsError, format::ProgramKind};
@@ -39,6 +40,45 @@ const LONGEST_PICKLE: u64 = 1 << 18;
 /// Name of the pickle in the zip's one folder.
 const PICKLE: &str = "data.pkl";
 
+/// Opens `content` as a zip.
+///
+/// The offsets in it count from its first byte: PyTorch writes records between the table of
+/// contents and its end, by which a reader that looks for the first byte would be misled.
+pub(super) fn archive(content: &[u8]) -> Result<ZipArchive<Cursor<&[u8]>>, WeightsError> {
+    let entries = content.windows(ENTRY.len()).filter(|bytes| *bytes == ENTRY);
+    if entries.count() > MAX_ENTRIES {
+        return Err(no_zip(&format!("it has more than {MAX_ENTRIES} entries")));
+    }
+    let config = Config {
+        archive_offset: ArchiveOffset::Known(0),
+    };
+    ZipArchive::with_config(config, Cursor::new(content)).map_err(|why| no_zip(&one_line(why)))
+}
+
+/// The names of all entries.
+pub(super) fn names(archive: &ZipArchive<Cursor<&[u8]>>) -> Vec<String> {
+    let names = archive.file_names().filter_map(Result::ok);
+    names.map(|name| name.to_string()).collect()
+}
+
+/// Returns the content of the entry `path`.
+pub(super) fn entry(
+    archive: &mut ZipArchive<Cursor<&[u8]>>,
+    path: &str,
+    longest: u64,
+) -> Result<Vec<u8>, String> {
+    let entry = archive.by_name(path).map_err(one_line)?;
+    // The size in the entry may be wrong, so it is only a hint.
+    let hint = entry.size().min(longest) as usize;
+    let mut content = Vec::with_capacity(hint);
+    let read = entry.take(longest + 1).read_to_end(&mut content);
+    read.map_err(one_line)?;
+    if content.len() as u64 > longest {
+        return Err(format!("it is longer than {longest} bytes"));
+    }
+    Ok(content)
+}
+
 /// An open checkpoint.
 pub(super) struct Checkpoint<'a> {
     archive: ZipArchive<Cursor<&'a [u8]>>,
@@ -48,21 +88,10 @@ pub(super) struct Checkpoint<'a> {
 
 impl<'a> Checkpoint<'a> {
     /// Opens `content` as a zip.
-    ///
-    /// The offsets in it count from its first byte: PyTorch writes records between the table of
-    /// contents and its end, by which a reader that looks for the first byte would be misled.
     pub(super) fn open(content: &'a [u8]) -> Result<Self, WeightsError> {
-        let entries = content.windows(ENTRY.len()).filter(|bytes| *bytes == ENTRY);
-        if entries.count() > MAX_ENTRIES {
-            return Err(no_zip(&format!("it has more than {MAX_ENTRIES} entries")));
-        }
-        let config = Config {
-            archive_offset: ArchiveOffset::Known(0),
-        };
-        let archive = ZipArchive::with_config(config, Cursor::new(content))
-            .map_err(|why| no_zip(&one_line(why)))?;
-        let names: Vec<_> = archive.file_names().filter_map(Result::ok).collect();
-        let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
+        let archive = archive(content)?;
+        let names = names(&archive);
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
         if let Some(other) = other_archive(&names) {
             return Err(other);
         }
@@ -80,17 +109,44 @@ impl<'a> Checkpoint<'a> {
         })
     }
 
-    /// Returns the actor in the checkpoint.
-    pub(super) fn mlp(mut self) -> Result<Mlp, WeightsError> {
+    /// Returns the network in the checkpoint: in its dictionary, or in one within that.
+    pub(super) fn mlp(mut self, settings: NetworkSettings) -> Result<Mlp, WeightsError> {
         self.check_byte_order()?;
         let pickle = self.entry(PICKLE, LONGEST_PICKLE)?;
-        let state = Pickle::read(&pickle)?;
+        let outer = Pickle::read(&pickle)?;
+        let around = outer.items();
+        let mut inner = if around.has_policy(settings) {
+            Vec::new()
+        } else {
+            outer.inner()
+        };
+        inner.retain(|(_, state)| state.items().has_policy(settings));
+        let Some((name, state)) = inner.first() else {
+            return self.network(&outer, settings);
+        };
+        around.check_around(name)?;
+        let activation = match settings.activation {
+            None => around.activation()?,
+            given => given,
+        };
+        let settings = NetworkSettings {
+            activation,
+            ..settings
+        };
+        self.network(state, settings)
+    }
+
+    /// Returns the network in the dictionary `state`.
+    fn network(
+        &mut self,
+        state: &Pickle<'_>,
+        settings: NetworkSettings,
+    ) -> Result<Mlp, WeightsError> {
         let items = state.items();
-        let mlp = Mlp::from_tensors(|name| {
+        items.network(settings, |name| {
             let view = state.tensor(name).ok_or_else(|| items.missing(name))?;
             self.tensor(name, view)
-        })?;
-        items.check(mlp.inputs()).map(|()| mlp)
+        })
     }
 
     /// Checkpoints contain their byte order since PyTorch 2.0; before that it was always
@@ -108,25 +164,13 @@ impl<'a> Checkpoint<'a> {
 
     /// Returns the content of the entry `name` of the folder.
     fn entry(&mut self, name: &str, longest: u64) -> Result<Vec<u8>, WeightsError> {
-        let about = |why: &str| no_zip(&format!("{}: {why}", quoted(name)));
         let path = format!("{}{name}", self.folder);
-        let entry = self
-            .archive
-            .by_name(&path)
-            .map_err(|why| about(&one_line(why)))?;
-        // The size in the entry may be wrong, so it is only a hint.
-        let hint = entry.size().min(longest) as usize;
-        let mut content = Vec::with_capacity(hint);
-        let read = entry.take(longest + 1).read_to_end(&mut content);
-        read.map_err(|why| about(&one_line(why)))?;
-        if content.len() as u64 > longest {
-            return Err(about(&format!("it is longer than {longest} bytes")));
-        }
-        Ok(content)
+        entry(&mut self.archive, &path, longest)
+            .map_err(|why| no_zip(&format!("{}: {why}", quoted(name))))
     }
 
     /// Reads the numbers of `view` from its storage.
-    fn tensor(&mut self, name: &'static str, view: &TensorView) -> Result<Tensor, WeightsError> {
+    fn tensor(&mut self, name: &str, view: &TensorView) -> Result<Tensor, WeightsError> {
         let element = view.storage.kind;
         let Some(float) = element.float else {
             return Err(kind(name, element.name));

@@ -8,12 +8,13 @@
 //!
 //! Source of the instructions: Python's `pickletools`.
 
-use std::{collections::HashMap, fmt::Display};
+use std::{collections::HashMap, fmt::Display, rc::Rc};
 
 use super::{
     super::{
         error::quoted,
-        state::{Library, StateItem, StateItems, StateKind},
+        state::{Library, StateItems},
+        state_item::{StateItem, StateKind, is_beside},
     },
     archive::{Bytes, PickleError, PickleResult, nonsense, utf8},
     value::{Callable, Storage, TensorView, Value, ValueIndex},
@@ -21,11 +22,13 @@ use super::{
 
 /// The result of a pickle.
 pub(super) struct Pickle<'a> {
-    values: Vec<Value<'a>>,
-    /// The pairs of the state dictionary.
+    values: Rc<Vec<Value<'a>>>,
+    /// The state dictionary.
+    place: ValueIndex,
+    /// The pairs of it.
     state: Vec<(ValueIndex, ValueIndex)>,
-    /// Its attributes, if it has some.
-    attributes: Option<ValueIndex>,
+    /// The attributes of dictionaries.
+    attributes: Rc<HashMap<ValueIndex, ValueIndex>>,
 }
 
 /// The attribute of a state dictionary with the names of all layers, also of layers without tensors.
@@ -83,33 +86,40 @@ impl<'a> Pickle<'a> {
 
     /// Returns the layers of the module whose state this is.
     fn layers(&self) -> impl Iterator<Item = &(ValueIndex, ValueIndex)> {
-        let attributes = self.pairs(self.attributes);
+        let attributes = self.pairs(self.attributes.get(&self.place).copied());
         let found = attributes
             .iter()
             .find(|(key, _)| self.text(*key) == Some(LAYERS));
         self.pairs(found.map(|(_, layers)| *layers)).iter()
     }
 
-    /// Returns a dictionary with weights within the state dictionary: its name, and the names in
-    /// it.
-    fn nested(&self) -> Option<(&str, Vec<&str>)> {
-        let inner = self
-            .state
-            .iter()
-            .take(MAX_SEARCHED)
-            .filter_map(|(key, value)| {
-                let (name, pairs) = (self.text(*key)?, self.pairs(Some(*value)));
-                let is_beside = ["critic", "value"]
-                    .iter()
-                    .any(|beside| name.starts_with(beside));
-                let has_weights = pairs.iter().any(|(key, value)| {
-                    let is_weight = self.text(*key).is_some_and(|name| name.ends_with("weight"));
-                    is_weight && matches!(self.values[*value], Value::Tensor(_))
-                });
-                (has_weights && !is_beside).then_some((name, pairs))
+    /// Returns the dictionaries with weights within the state dictionary, each with its name, sorted by
+    /// these.
+    pub(super) fn inner(&self) -> Vec<(&'a str, Self)> {
+        let pairs = self.state.iter().take(MAX_SEARCHED);
+        let inner = pairs.filter_map(|(key, place)| {
+            let (name, pairs) = (self.text(*key)?, self.pairs(Some(*place)));
+            let has_weights = pairs.iter().any(|(key, value)| {
+                let is_weight = self.text(*key).is_some_and(|name| name.ends_with("weight"));
+                is_weight && matches!(self.values[*value], Value::Tensor(_))
             });
-        let (name, pairs) = inner.min_by_key(|(name, _)| *name)?;
-        let names = pairs.iter().filter_map(|(key, _)| self.text(*key));
+            let inner = Self {
+                values: self.values.clone(),
+                place: *place,
+                state: pairs.to_vec(),
+                attributes: self.attributes.clone(),
+            };
+            (has_weights && !is_beside(name)).then_some((name, inner))
+        });
+        let mut inner: Vec<_> = inner.collect();
+        inner.sort_by_key(|(name, _)| *name);
+        inner
+    }
+
+    /// Returns the first of them: its name, and the names in it.
+    fn nested(&self) -> Option<(&'a str, Vec<&'a str>)> {
+        let (name, inner) = self.inner().into_iter().next()?;
+        let names = inner.state.iter().filter_map(|(key, _)| inner.text(*key));
         Some((name, names.collect()))
     }
 
@@ -154,8 +164,9 @@ impl<'a> Machine<'a> {
         match &self.values[made] {
             Value::Dict(pairs) => Ok(Pickle {
                 state: pairs.clone(),
-                attributes: self.attributes.get(&made).copied(),
-                values: self.values,
+                place: made,
+                attributes: Rc::new(self.attributes),
+                values: Rc::new(self.values),
             }),
             other => Err(PickleError::NoDictionary(other.name())),
         }

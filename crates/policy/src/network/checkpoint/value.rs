@@ -77,7 +77,7 @@ impl ElementType {
             "HalfStorage" => ("float16", Some(Float::F16)),
             "FloatStorage" => ("float32", Some(Float::F32)),
             "DoubleStorage" => ("float64", Some(Float::F64)),
-            "BFloat16Storage" => ("bfloat16", None),
+            "BFloat16Storage" => ("bfloat16", Some(Float::BF16)),
             "BoolStorage" => ("bool", None),
             "ByteStorage" => ("uint8", None),
             "CharStorage" => ("int8", None),
