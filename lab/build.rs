@@ -42,13 +42,14 @@ fn beside() {
 
 /// The sources of the program. Watching these causes no extra builds, because a change of
 /// any of them rebuilds the program anyway.
-const SOURCES: [&str; 24] = [
+const SOURCES: [&str; 25] = [
     "Cargo.toml",
     "Cargo.lock",
     "crates/metrics",
     "crates/bag",
     "crates/cart-pole",
     "crates/plant",
+    "crates/policy",
     "crates/real-clock",
     "crates/recording/Cargo.toml",
     "crates/recording/src",

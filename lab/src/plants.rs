@@ -23,7 +23,8 @@ pub fn known(
     if let Some(spec) = graph.plant() {
         // An empty path means the current folder, which is opened as `.`.
         let plant = RobotPlant::load(&folder.join("."), spec);
-        let plant = plant.map_err(|defect| graph.plant_error(defect.key, defect.what))?;
+        let plant =
+            plant.map_err(|defect| graph.plant_error(defect.key, defect.item, defect.what))?;
         known.push(Arc::new(plant));
     }
     Ok(known)

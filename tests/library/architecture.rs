@@ -63,13 +63,14 @@ fn sources(folder: &str) -> Sources {
 }
 
 /// Every crate of the program by the folder of its sources, from the ground up.
-pub const CRATES: [&str; 14] = [
+pub const CRATES: [&str; 15] = [
     "src",
     "crates/bag/src",
     "crates/metrics/src",
     "crates/real-clock/src",
     "crates/re-execution/src",
     "crates/system/src",
+    "crates/policy/src",
     "crates/experiment/src",
     "crates/cart-pole/src",
     "crates/plant/src",

@@ -200,7 +200,7 @@ fn an_invalid_timed_knob_is_refused_with_line_value_and_expected_form() {
     let shape = "is not a timed knob: expected seconds, knob and value, such as 2.5 rate NODE 10";
     let rate = "is not a rate: expected 0.001 to 10000 ticks per second";
     let depth = "is not a queue depth: expected a whole number from 1 to 1000000";
-    let known = "control-hz, sensor-hz, queue-depth, policy, think-ms, on-stale, chunk, plan, \
+    let known = "control-hz, sensor-hz, queue-depth, policy, think-ms, on-stale, observe, chunk, plan, \
                  expect-delay, model, play, merge, refill, disturb, rate, depth, send, set, takes, \
                  offset, wakes, late, link, read, lose, postpone, crash, restart, hang, clock or \
                  stamp_clock";

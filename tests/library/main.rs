@@ -49,6 +49,7 @@ mod hunt;
 mod idioms;
 mod joints;
 mod knobs;
+mod libraries;
 mod lineage;
 mod links;
 mod lqr;

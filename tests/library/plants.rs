@@ -2,7 +2,6 @@
 
 use std::{fs, path::Path, sync::Arc};
 
-use ratelab::Hz;
 use ratelab_plant::{BearableDelay, RobotPlant};
 use ratelab_system::{KnobText, System, graph_file::GraphFile};
 use tempfile::TempDir;
@@ -30,7 +29,8 @@ pub fn opened(folder: &Path, text: &str) -> Result<Arc<dyn System>, String> {
     let file = GraphFile::parse(text).map_err(|error| told(&error))?;
     let spec = file.plant().ok_or("no plant")?;
     let plant = RobotPlant::load(folder, spec);
-    let plant = plant.map_err(|defect| told(&file.plant_error(defect.key, defect.what)))?;
+    let plant =
+        plant.map_err(|defect| told(&file.plant_error(defect.key, defect.item, defect.what)))?;
     let system = file
         .system(&[Arc::new(plant)])
         .map_err(|error| told(&error))?;
@@ -170,7 +170,7 @@ const KEYS: &[(&str, &str)] = &[
     ),
     (
         "policy = \"./policy.py\"",
-        "no policy \"./policy.py\": expected lqr, hold or zero",
+        "line 4, column 10: no such file: ./policy.py",
     ),
     ("policy = 1", "policy: expected"),
     ("rate = 0", "rate: expected a number above 0"),
@@ -187,6 +187,40 @@ const KEYS: &[(&str, &str)] = &[
         "step_ms: expected a number above 0, up to 100",
     ),
     ("speed = 1", "unknown key \"speed\""),
+    ("observe = \"qpos\"", "observe: expected a list of terms"),
+    ("observe = [1]", "observe: expected a list of terms"),
+    (
+        "observe = [\"qpos\", \"sensor gyro\"]",
+        "line 4, column 20: no sensor \"gyro\": there are none",
+    ),
+    ("observe = [\"gravity x\"]", "no site \"x\": there are none"),
+    (
+        "observe = [\"speed\"]",
+        "\"speed\" is not a term: expected qpos",
+    ),
+    ("observe = [\"qpos * x\"]", "\"qpos * x\" is not a term"),
+    ("observe = [\"qpos * inf\"]", "is not a term"),
+    ("observe = [\"1 nan\"]", "is not a term"),
+    ("observe = [\"\"]", "\"\" is not a term"),
+    ("observe = [\" * 2\"]", "is not a term"),
+    ("action = 0", "action: expected a factor other than 0"),
+    ("action = inf", "action: expected a number"),
+    ("lost = \"tilt pole > 45\"", "lost: expected a list"),
+    (
+        "lost = [\"height pole < 1\", \"tilt wheel > 45\"]",
+        "line 4, column 28: no body \"wheel\": there are world, pole",
+    ),
+    (
+        "lost = [\"tilt pole < 45\"]",
+        "does not say what loses a run",
+    ),
+    (
+        "lost = [\"tilt pole > 180\"]",
+        "expected \"height BODY < METRES\"",
+    ),
+    ("lost = [\"height pole < nan\"]", "does not say what loses"),
+    ("lost = [\"touches pole > 1\"]", "\"touches BODY > 0\""),
+    ("lost = [\"tilt\"]", "does not say what loses a run"),
     (
         "[system]\nname = \"cart-pole\"",
         "a graph has a system or a plant",
@@ -407,4 +441,216 @@ fn numbers_of_a_robot_have_names_and_units() {
         .map(|signal| signal.value.compute(&row))
         .collect();
     assert_eq!(values, [1.0, 2.0, 3.0, 0.25]);
+}
+
+/// What a run of a graph file publishes on a topic, and its summary.
+fn published(folder: &TempDir, keys: &str, topic: &str) -> (Vec<Vec<f64>>, Summary) {
+    let system = opened(folder.path(), &text(keys)).expect(keys);
+    let experiment = Experiment::new(system, &config("until 1")).expect(keys);
+    let tap = experiment.taps().rows(topic, 1_000).expect(topic);
+    let summary = experiment.run().expect(keys);
+    let mut rows = tap.rows();
+    tap.take(&mut rows);
+    (rows.iter().map(|(_, row)| row.to_vec()).collect(), summary)
+}
+
+/// The double pendulum with a sensor that is tilted by 20 degrees on its upper pole.
+fn sensing() -> TempDir {
+    let model = fixture("double").replace(
+        "<joint name=\"high\"",
+        "<site name=\"imu\" euler=\"0 20 0\"/><joint name=\"high\"",
+    );
+    folder(&model.replace(
+        "<actuator>",
+        "<sensor><gyro name=\"gyro\" site=\"imu\"/></sensor><actuator>",
+    ))
+}
+
+#[test]
+fn an_observation_is_the_state_and_then_the_terms_at_the_time_of_the_reading() {
+    let keys = "pose = { slider = 0.25 }
+        observe = [\"joints\", \"sensor gyro * 2\", \"last-action\", \"gravity imu\", \"1 -2.5\", \"joint-speeds\"]";
+    let (rows, _) = published(&sensing(), keys, "/obs");
+    assert!(rows.len() > 40);
+    for row in &rows {
+        let (state, terms) = row.split_at(6);
+        let [slider, low, high, speeds @ ..] = state else {
+            panic!("{row:?}");
+        };
+        let tilt = low + high + 20_f64.to_radians();
+        let seen = [
+            slider - 0.25,
+            *low,
+            *high,
+            0.0,
+            2.0 * (speeds[1] + speeds[2]),
+            0.0,
+        ];
+        let seen = seen
+            .into_iter()
+            .chain([tilt.sin(), 0.0, -tilt.cos(), 1.0, -2.5]);
+        let expected: Vec<f64> = seen.chain(speeds.iter().copied()).collect();
+        assert_eq!(terms.len(), expected.len());
+        let apart = terms
+            .iter()
+            .zip(&expected)
+            .map(|(one, other)| (one - other).abs());
+        assert!(apart.fold(0.0, f64::max) < 1e-12, "{terms:?} {expected:?}");
+    }
+}
+
+#[test]
+fn a_rule_loses_a_run_that_all_limits_allow() {
+    let model = fixture("double")
+        .replace(" contype=\"0\" conaffinity=\"0\"", "")
+        .replace(
+            "<worldbody>",
+            "<worldbody><geom type=\"plane\" size=\"9 9 1\" pos=\"0 0 -0.3\"/>",
+        );
+    let model = folder(&model);
+    let upper = |row: &[f64]| (row[2].cos(), row[2] + row[3]);
+    for (rule, is_broken) in [
+        (
+            "height high < 0.4",
+            (|[height, _]| height < 0.4) as fn([f64; 2]) -> bool,
+        ),
+        ("tilt high > 30", |[_, tilt]| tilt.abs().to_degrees() > 30.0),
+    ] {
+        let keys = format!(
+            "policy = \"zero\"\nstart = 1\nlimits = {{ \"*\" = inf }}\nlost = [\"{rule}\"]"
+        );
+        let (rows, summary) = published(&model, &keys, "/state");
+        let told = summary.verdict.to_string();
+        assert!(told.ends_with(&format!("({rule})")), "{told}");
+        let broken = rows.iter().map(|row| {
+            let (cos, tilt) = upper(row);
+            is_broken([0.5 * cos, tilt])
+        });
+        let broken: Vec<bool> = broken.collect();
+        assert_eq!(
+            broken.iter().position(|broken| *broken),
+            Some(rows.len() - 1),
+            "{rule}"
+        );
+    }
+    let touches =
+        "policy = \"zero\"\nstart = 1\nlimits = { \"*\" = inf }\nlost = [\"touches high > 0\"]";
+    let (rows, summary) = published(&model, touches, "/state");
+    assert_eq!(summary.verdict.name(), "lost_touches_high_0");
+    assert!(
+        rows.last().is_some_and(|row| row[2].abs() > 1.0),
+        "{rows:?}"
+    );
+}
+
+/// A program beside a robot that gives these answers, and what it was asked.
+fn run_with_program(folder: &TempDir, keys: &str, answers: &[&str]) -> (String, Vec<String>) {
+    let script = root().join("tests/fixtures/policies/says.sh");
+    std::os::unix::fs::symlink(script, folder.path().join("policy")).expect("a link");
+    let says = answers.join("\n") + "\n";
+    fs::write(folder.path().join("policy.says"), says).expect("written");
+    let keys = format!("policy = \"./policy\"\n{keys}");
+    let system = opened(folder.path(), &text(&keys)).expect("a robot");
+    let run = Experiment::new(system, &config("until 0.05"));
+    let told = run.map_or_else(
+        |error| error.to_string(),
+        |run| run.run().expect("a run").verdict.to_string(),
+    );
+    let asked = fs::read_to_string(folder.path().join("policy.asked")).expect("asked");
+    (told, asked.lines().map(str::to_owned).collect())
+}
+
+#[test]
+fn a_program_sees_the_terms_with_its_own_last_action_and_answers_with_controls() {
+    let keys = "start = 0\naction = 3\nobserve = [\"joints\", \"last-action * 2\"]";
+    let ready = "{\"ready\":\"actions\"}";
+    let answers = [
+        ready,
+        "{\"id\":1,\"action\":[0.5]}",
+        "{\"id\":2,\"action\":-0.25}",
+        "{\"id\":3,\"action\":[0]}",
+    ];
+    let (told, asked) = run_with_program(&folder(&fixture("double")), keys, &answers);
+    assert!(told.starts_with("STOOD"), "{told}");
+    assert!(asked[0].contains("\"action_ms\":20.0"), "{asked:?}");
+    let observation = |line: &String| {
+        let asked: serde_json::Value = serde_json::from_str(line).expect(line);
+        let numbers = asked["observation"].as_array().expect(line).clone();
+        let numbers = numbers.iter().map(|number| number.as_f64().expect(line));
+        numbers.collect::<Vec<f64>>()
+    };
+    assert_eq!(observation(&asked[1]), [0.0; 4]);
+    let [slider, low, _, last] = observation(&asked[2])[..] else {
+        panic!("{asked:?}");
+    };
+    assert_eq!(last, 1.0);
+    // Half of 20 N for 20 ms, on 1.2 kg or a little less: the poles lag behind.
+    assert!(
+        (0.001_5..0.002_1).contains(&slider) && low < 0.0,
+        "{slider} {low}"
+    );
+    assert_eq!(observation(&asked[3])[3], -0.5);
+    for (answers, why) in [
+        (
+            &["{\"ready\":\"chunks\"}"][..],
+            "a plant takes single actions",
+        ),
+        (&[ready, "{\"id\":1,\"action\":[0,1]}"], ""),
+    ] {
+        let (told, _) = run_with_program(&folder(&fixture("double")), keys, answers);
+        assert!(told.contains(why), "{told}");
+    }
+}
+
+/// Weights of a network that is linear within the course of small numbers: each output is this factor
+/// times the sum of so many inputs.
+fn weights(inputs: usize, factor: f32) -> Vec<u8> {
+    use safetensors::{Dtype, serialize, tensor::TensorView};
+    let small = 1e-3;
+    let layers = [(0, inputs, small), (2, 1, 1.0), (4, 1, factor / small)];
+    let tensors = layers.iter().flat_map(|(layer, inputs, weight)| {
+        let name = format!("actor_mean.{layer}");
+        let weights = f32::to_le_bytes(*weight).repeat(*inputs);
+        [
+            (format!("{name}.weight"), vec![1, *inputs], weights),
+            (format!("{name}.bias"), vec![1], vec![0; 4]),
+        ]
+    });
+    let tensors: Vec<_> = tensors.collect();
+    let views = tensors.iter().map(|(name, shape, data)| {
+        let view = TensorView::new(Dtype::F32, shape.clone(), data);
+        (name, view.expect("a tensor"))
+    });
+    serialize(views, None).expect("a file")
+}
+
+#[test]
+fn a_network_adds_its_outputs_times_a_factor_to_the_controls_as_given() {
+    let model = fixture("pendulum").replace("<key qpos=\"0\"", "<key qpos=\"0\" ctrl=\"0.25\"");
+    let folder = folder(&model);
+    fs::write(folder.path().join("net.safetensors"), weights(2, 0.5)).expect("weights");
+    let keys = "limits = { \"*\" = inf }\npolicy = \"net.safetensors\"\nobserve = [\"joints\", \"3\"]\naction = 0.25";
+    let (readings, _) = published(&folder, keys, "/obs");
+    let (controls, _) = published(&folder, keys, "/action");
+    assert_eq!(controls.len(), 51);
+    for (reading, control) in readings.iter().zip(&controls) {
+        let expected = 0.25 + 0.25 * 0.5 * (reading[0] + 3.0);
+        assert!(
+            (control[0] - expected).abs() < 1e-4,
+            "{control:?} {expected}"
+        );
+    }
+    for (keys, expected) in [
+        (
+            "observe = [\"joints\"]",
+            "it sees 2 numbers, and an observation has 1: observe = [...] says",
+        ),
+        ("observe = [\"joints\", \"1 2\"]", "an observation has 3"),
+    ] {
+        let keys = format!("policy = \"net.safetensors\"\n{keys}");
+        let system = opened(folder.path(), &text(&keys)).expect("a robot");
+        let refused = Experiment::new(system, &config("until 1")).err();
+        let error = refused.expect(expected).to_string();
+        assert!(error.contains(expected), "{error}");
+    }
 }

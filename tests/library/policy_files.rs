@@ -96,22 +96,15 @@ fn kinds() -> Vec<(Vec<u8>, &'static str, &'static str)> {
         (checkpoint("agent", &Saved::Object("__main__\nAgent\n")), "a whole object of \"__main__.Agent\"", MODULE),
         (nested("policy_state_dict", "fc1.weight 8x4; fc2.weight 2x8"),
             "found a state_dict nested under \"policy_state_dict\" (\"fc1.weight\", \"fc2.weight\");", MODULE),
-        (nested("model_state_dict", ACTOR), "\"actor_mean.4.weight\"): save that one alone", MODULE),
         (nested("policy", "net_container.0.weight 8x5"), "a policy of skrl", MODULE),
         (nested("model", "a2c_network.mu.weight 1x8"), "a policy of rl_games", MODULE),
         (nested("actor_state_dict", "mlp.0.weight 8x5"), "nested under \"actor_state_dict\"", MODULE),
-        (saved("module.actor_mean.0.weight 8x5"), "whose names lack \"module.\"", MODULE),
-        (saved("_orig_mod.actor_mean.0.weight 8x5"), "whose names lack \"_orig_mod.\"", MODULE),
         (saved("shared_net.0.weight 64x4; actor_mean.weight 1x64"), "found \"actor_mean.weight\", \"shared_net.0.weight\"", MODULE),
         (saved("fc2.weight 2x8; fc1.weight 8x4"), "found \"fc1.weight\", \"fc2.weight\"", MODULE),
         (saved("net.0.weight 8x6; log_std 1"), "found \"log_std\", \"net.0.weight\"", MODULE),
         (saved("0.weight 8x5; 2.weight 8x8; 4.weight 1x8"), "found \"0.weight\"", MODULE),
-        (saved(&ACTOR.replace("8x5", "8x4")), "of shape [width, 5] with a width of 1 to 1024, found [8, 4]", MODULE),
-        (saved(&ACTOR.replace("8x8", "4x8")), "\"actor_mean.2.weight\" of shape [8, 8], found [4, 8]", MODULE),
+        (saved(&ACTOR.replace("8x8", "4x8")), "\"actor_mean.2.bias\" of shape [4], found [8]", MODULE),
         // What would change the action.
-        (actor_and("actor_mean.6.weight 1x1; actor_mean.6.bias 1"), "found \"actor_mean.6.bias\" (another layer of the actor)", MODULE),
-        (with_layers_and("actor_mean actor_mean.5 actor_mean.6", "actor_mean.6.weight 1x1; actor_mean.6.bias 1"),
-            "found \"actor_mean.6.bias\" (another layer of the actor)", MODULE),
         (actor_and("actor_mean.1.weight 8"), "found \"actor_mean.1.weight\" (another layer of the actor)", MODULE),
         (with_layers("actor_mean actor_mean.3 actor_mean.4 actor_mean.5"), "found \"actor_mean.5\" (another layer of the actor)", MODULE),
         (actor_and("obs_mean 5; obs_var 5"), "found \"obs_mean\" (it looks like a normaliser)", MODULE),
@@ -121,7 +114,7 @@ fn kinds() -> Vec<(Vec<u8>, &'static str, &'static str)> {
         (actor_and("running_stats 11"), "found \"running_stats\" (nothing here knows its use)", MODULE),
         (actor_and("lstm.weight_ih_l0 32x5"), "found \"lstm.weight_ih_l0\" (nothing here knows its use)", MODULE),
         (actor_and("encoder.0.weight 5x5"), "found \"encoder.0.weight\"", MODULE),
-        (actor_and("activation = relu"), "found \"activation\" (another activation)", MODULE),
+        (actor_and("activation = mish"), "found \"activation\" (another activation)", MODULE),
         (actor_and("action_scale"), "found \"action_scale\" (it scales, moves or clips", MODULE),
         // Other formats.
         (pickled(&lists), "found a Python pickle;", MODULE),
@@ -165,7 +158,19 @@ fn what_has_no_part_in_the_action_may_stand_beside_the_actor() {
     let beside = "critic.0.weight 8x5; value_head.bias 1; actor_logstd 1x1; log_std 1; lr;
         global_step; exp_name = ppo; activation = Tanh; activation_fn = torch.nn.Tanh";
     let layers = "critic critic.0 actor_mean actor_mean.0 actor_mean.1 actor_mean.4";
-    for content in [actor_and(beside), with_layers(layers)] {
+    let wrapped = |prefix: &str| {
+        let names = ACTOR.replace("actor_mean", &format!("{prefix}actor_mean"));
+        saved(&format!("{names}; {prefix}critic.0.weight 8x5"))
+    };
+    let deep = "actor_mean.6.weight 2x1; actor_mean.6.bias 2";
+    for content in [
+        actor_and(beside),
+        with_layers(layers),
+        with_layers_and("actor_mean actor_mean.5 actor_mean.6", deep),
+        nested("model_state_dict", ACTOR),
+        wrapped("module."),
+        wrapped("_orig_mod."),
+    ] {
         let loaded = load(&file(folder.path(), "policy.pt", &content, 0o755));
         loaded.expect("a policy");
     }
@@ -240,7 +245,7 @@ fn settings_in_the_header_of_a_safetensors_file_are_read_as_well() {
     for (name, text, is_right) in [
         ("format", "pt", true),
         ("activation", "tanh", true),
-        ("activation", "relu", false),
+        ("activation", "relu", true),
         ("action_scale", "3", false),
     ] {
         let setting = (name.to_owned(), text.to_owned());

@@ -140,3 +140,32 @@ fn numbers_go_both_ways_without_a_change() {
     }
     assert_eq!(asked.len(), 1 + numbers.len());
 }
+
+#[test]
+fn a_policy_in_a_file_sees_the_numbers_that_it_is_set_to_see() {
+    let program = Program::saying(&[r#"{"ready":"actions"}"#, r#"{"id":1,"action":0.5}"#]);
+    let path = program.0.path().join("policy");
+    let spec: PolicySpec = path.to_str().expect("UTF-8").parse().expect("a policy");
+    let context = PolicyContext {
+        seed: 0,
+        control_hz: hz(CONTROL_HZ),
+        chunk: None,
+    };
+    let terms: CartTerms = "x v  theta*2 spin 1.5".parse().expect("terms");
+    assert_eq!(terms.to_string(), "x v theta*2 spin 1.5");
+    assert_eq!(CartTerms::default().to_string(), "x v cos sin spin");
+    let cache = PolicyCache::default().seeing(terms);
+    let mut policy = SwappablePolicy::new(&spec, cache, context, None).expect("a policy");
+    let row = [0.25, -0.5, 0.6, 0.8, 2.0];
+    policy.act(&Observation::from_row(&row).expect("a reading"));
+    let seen = program.asked()[1]["observation"].clone();
+    let seen: Vec<f64> = serde_json::from_value(seen).expect("numbers");
+    let theta = f64::from(0.8_f32).atan2(f64::from(0.6_f32));
+    assert_eq!(seen, [0.25, -0.5, 2.0 * theta, 2.0, 1.5]);
+    for wrong in ["", "y", "x*", "x*nan", "inf", "theta*2*3"] {
+        let error = wrong.parse::<CartTerms>().expect_err(wrong).to_string();
+        assert!(error.contains("expected names of x, v"), "{error}");
+    }
+    let long = "x ".repeat(65).parse::<CartTerms>();
+    assert!(long.is_err());
+}

@@ -5,7 +5,7 @@ use ratelab_system::Alias;
 use strum::VariantNames;
 
 use super::{
-    ACTION, ACTUATOR, DISTURB, OBS, POLICY, SENSOR,
+    ACTION, ACTUATOR, DISTURB, OBS, OBSERVE, POLICY, SENSOR,
     chunk::{PlanKind, PlayKind},
     policy::PolicyKind,
 };
@@ -53,6 +53,13 @@ pub(crate) const ALIASES: &[Alias] = &[
         default: "hold",
         choices: &["hold", "zero:20", "zero:50", "zero:100"],
         help: "What the actuator does with a stale action: hold it, or zero:MS, no push beyond that age",
+    },
+    Alias {
+        name: OBSERVE,
+        knobs: &[(KnobKind::Parameter, "policy observe")],
+        default: "x v cos sin spin",
+        choices: &["x v theta spin"],
+        help: "What a policy in a file sees: x, v, cos, sin, theta, spin, numbers; theta*2 with a factor",
     },
     Alias {
         name: "chunk",

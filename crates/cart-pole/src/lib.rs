@@ -13,7 +13,7 @@
 //! This is the course's world, which waits for the actuator. In a world of its own
 //! ([`FreePlant`]) the plant is a node, moves by itself, and publishes on `/state`.
 //!
-//! Stands on `ratelab`, `ratelab-metrics`, `ratelab-experiment` and `ratelab-system`; begin with
+//! Stands on `ratelab`, `ratelab-metrics`, `ratelab-experiment`, `ratelab-policy` and `ratelab-system`; begin with
 //! [`CartPole`], a [`System`](ratelab_system::System). A new policy goes into [`policy`], what
 //! theory says of a rate into [`stability`].
 
@@ -47,7 +47,7 @@ pub use message::{
 pub use nodes::{
     ACTUATOR, Actuator, NotFinite, OnStale, POLICY, PolicyNode, SENSE_TO_ACT, SENSOR, Sensor,
 };
-pub(crate) use nodes::{DISTURB, SIMILAR};
+pub(crate) use nodes::{DISTURB, OBSERVE, SIMILAR};
 pub use parameter_error::ParameterError;
 pub(crate) use parameter_error::in_words;
 pub use plant::{CONTROL_HZ, CartPlant, Plant, SharedPlant, actuator_hz, mujoco_version};

@@ -28,6 +28,9 @@ pub const ACTUATOR: &str = "actuator";
 /// Name of the actuator's parameter for the random force on the cart (N).
 pub(crate) const DISTURB: &str = "disturb";
 
+/// Name of the policy's parameter for what it sees.
+pub(crate) const OBSERVE: &str = "observe";
+
 /// Name of the sensor's parameter for the distance below which readings are similar.
 pub(crate) const SIMILAR: &str = "similar";
 

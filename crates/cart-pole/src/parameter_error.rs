@@ -66,6 +66,12 @@ pub enum ParameterError {
         /// The greatest force (N).
         max: String,
     },
+    /// What a policy in a file sees.
+    #[error(
+        "{0:?} is not an observation: expected names of x, v, cos, sin, theta, spin and numbers, such \
+         as \"x v theta spin\", also with a factor: theta*2"
+    )]
+    Observe(String),
     /// The distance of similar readings.
     #[error("{0:?} is not a distance of readings: expected 0 or more, such as 0.1")]
     Distance(String),

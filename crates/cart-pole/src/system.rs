@@ -12,14 +12,16 @@ use ratelab_system::{
 };
 
 use super::{
-    ACTION, ACTUATOR, CONTROL_HZ, ControlStep, DISTURB, Fall, FreePlant, OBS, OnStale,
+    ACTION, ACTUATOR, CONTROL_HZ, ControlStep, DISTURB, Fall, FreePlant, OBS, OBSERVE, OnStale,
     POLE_LIMIT_RAD, POLICY, ParameterError, Plant, Pose, SENSE_TO_ACT, SENSOR, SIMILAR,
     SharedPlant, SimilarReadings, actuator_hz,
     aliases::ALIASES,
     chunk::{ChunkSettings, ChunkTally, FIXED, PLANNING, PLAYER, PlanKind, warnings},
     in_words, mujoco_version, picture,
     plant::Newtons,
-    policy::{Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy},
+    policy::{
+        CartTerms, Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy,
+    },
     table,
     verdict::{self, falls},
     wiring::{Topics, other, setting_error},
@@ -100,13 +102,15 @@ impl CartPole {
         context: PolicyContext,
     ) -> Result<Box<dyn Policy>, BuildError> {
         let text = builder.message(POLICY);
+        builder.parameter(POLICY, OBSERVE); // It is made with it.
         if let (None, Some(make)) = (text, &self.own) {
             return Ok(make(context));
         }
         let name = text.unwrap_or(PolicyKind::Scripted.name());
         let policy: PolicySpec = name.parse().map_err(setting_error)?;
         let answers = builder.answers(POLICY);
-        let policy = SwappablePolicy::new(&policy, self.policies.clone(), context, answers);
+        let cache = self.policies.seeing(terms(builder.setup()));
+        let policy = SwappablePolicy::new(&policy, cache, context, answers);
         Ok(Box::new(policy.map_err(setting_error)?))
     }
 }
@@ -120,6 +124,12 @@ fn context(seed: u64, setup: &Setup) -> PolicyContext {
         control_hz: control_hz.unwrap_or(actuator_hz()),
         chunk: chunk.map(|chunk| chunk.horizon.get()),
     }
+}
+
+/// Returns what a policy in a file sees by `setup`.
+fn terms(setup: &Setup) -> CartTerms {
+    let set = setup.parameter(POLICY, OBSERVE);
+    set.and_then(|terms| terms.parse().ok()).unwrap_or_default()
 }
 
 /// Returns the settings of chunks in `setup`, if the policy answers with any.
@@ -350,7 +360,7 @@ impl SystemKnobs for CartPole {
     }
 
     fn is_fixed(&self, knob: &Knob) -> bool {
-        matches!(knob, Knob::Parameter { node, name, .. } if FIXED.contains(&[&**node, &**name]))
+        matches!(knob, Knob::Parameter { node, name, .. } if FIXED.contains(&[&**node, &**name]) || [&**node, &**name] == [POLICY, OBSERVE])
     }
 
     /// Pins a policy's file to its current content.
@@ -367,7 +377,8 @@ impl SystemKnobs for CartPole {
         if policy.is_program() {
             return Ok(policy.to_string());
         }
-        let pinned = self.policies.pin(&policy).and_then(|pinned| {
+        let policies = self.policies.seeing(terms(setup));
+        let pinned = policies.pin(&policy).and_then(|pinned| {
             // The node would refuse a policy that cannot be created.
             pinned.policy(context)?;
             // Without chunks here a sweep may still have them as an axis.
@@ -388,6 +399,7 @@ impl SystemKnobs for CartPole {
             .find(|(of, known, _)| [*of, *known] == [node, name]);
         match (node, name, known) {
             (ACTUATOR, DISTURB, _) => shortest::<Newtons>(value),
+            (POLICY, OBSERVE, _) => shortest::<CartTerms>(value),
             (SENSOR, SIMILAR, _) => SimilarReadings::parse(value)
                 .map(|similar| similar.norm().to_string())
                 .map_err(in_words),

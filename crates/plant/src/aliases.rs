@@ -41,7 +41,7 @@ pub(crate) const ALIASES: &[Alias] = &[
         knobs: &[(Send, POLICY)],
         default: PLANT_POLICIES[0],
         choices: &PLANT_POLICIES,
-        help: "The policy: lqr, made from the model; hold, the controls of the pose; or zero",
+        help: "The policy: lqr, made from the model; hold, the controls of the pose; zero; or a file",
     },
     Alias {
         name: "think-ms",

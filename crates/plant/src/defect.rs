@@ -12,6 +12,8 @@ use crate::model_error::RobotModelError;
 pub struct PlantDefect {
     /// The key.
     pub key: &'static str,
+    /// The number of the item, from 0, of a list.
+    pub item: Option<usize>,
     /// The reason, with what to try.
     pub what: String,
 }
@@ -20,7 +22,16 @@ impl PlantDefect {
     pub(crate) fn new(key: &'static str, what: impl Into<String>) -> Self {
         Self {
             key,
+            item: None,
             what: what.into(),
+        }
+    }
+
+    /// The same in item number `index` of a list.
+    pub(crate) fn in_item(self, index: usize) -> Self {
+        Self {
+            item: Some(index),
+            ..self
         }
     }
 
@@ -38,7 +49,10 @@ impl PlantDefect {
         let known = alternatives(&PLANT_POLICIES);
         Self::new(
             "policy",
-            format!("{name:?} is not a policy of a plant: expected {known}"),
+            format!(
+                "{name:?} is not a policy of a plant: expected {known}, or a file of weights, an \
+                 ONNX graph or a program"
+            ),
         )
     }
 }

@@ -9,18 +9,21 @@
 //! The robot moves by itself, at the equilibrium next to a pose, and is held there by a controller that
 //! is made from its model: sensor, policy and actuator around it make a [`System`](ratelab_system::System).
 //!
-//! Stands on `ratelab`, `ratelab-metrics` and `ratelab-system`; begin with [`RobotPlant`].
+//! Stands on `ratelab`, `ratelab-metrics`, `ratelab-policy` and `ratelab-system`; begin with [`RobotPlant`].
 
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 
 mod aliases;
+mod decide;
 mod defect;
 mod disturbance;
 mod files;
 mod gains;
 mod geoms;
 mod hull;
+mod law;
 mod linear;
+mod losses;
 mod model;
 mod model_error;
 mod motion;
@@ -33,6 +36,7 @@ mod signals;
 mod system;
 mod tally;
 mod target;
+mod terms;
 mod theory;
 mod world;
 

@@ -49,6 +49,8 @@ pub(crate) struct RobotJoint {
     pub(crate) kind: JointKind,
     /// Index of its first number in `qpos`.
     pub(crate) position: usize,
+    /// Index of its first number in `qvel`.
+    pub(crate) speed: usize,
 }
 
 impl RobotJoint {
@@ -249,6 +251,22 @@ impl RobotModel {
         }
     }
 
+    /// The index of the object of this kind called `name`; all names if it does not exist.
+    pub(crate) fn named(&self, kind: MjtObjBase, name: &str) -> Result<usize, Vec<&str>> {
+        let model = self.mujoco.ffi();
+        let count = match kind {
+            MjtObjBase::mjOBJ_SENSOR => model.nsensor,
+            MjtObjBase::mjOBJ_SITE => model.nsite,
+            MjtObjBase::mjOBJ_BODY => model.nbody,
+            _ => 0,
+        };
+        let names = (0..count as usize).map(|index| self.mujoco.id_to_name(kind, index));
+        let names: Vec<&str> = names.map(Option::unwrap_or_default).collect();
+        let mut known = names.iter();
+        let found = known.position(|known| *known == name && !name.is_empty());
+        found.ok_or(names)
+    }
+
     /// The names of the controls.
     pub(crate) fn control_names(&self) -> Vec<String> {
         let model = &self.mujoco;
@@ -334,6 +352,7 @@ fn joints_of(model: &MjModel) -> Vec<RobotJoint> {
                 MjtJoint::mjJNT_HINGE => JointKind::Hinge,
             },
             position: model.jnt_qposadr()[index] as usize,
+            speed: model.jnt_dofadr()[index] as usize,
         }
     };
     (0..bodies.len()).map(joint).collect()

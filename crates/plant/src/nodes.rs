@@ -2,15 +2,16 @@
 
 use std::{mem, str::FromStr};
 
-use nalgebra::DMatrix;
 use ratelab::{
     Chance, Flow, Message, MeterRecorder, Node, NodeError, Publisher, Subscription, Tick,
     TickResult, Time,
 };
-use ratelab_system::{SharedWorld, graph_file::PLANT_POLICIES};
+use ratelab_policy::Moment;
+use ratelab_system::SharedWorld;
 
 use crate::{
     PlantDefect,
+    decide::{PolicyMaker, RobotLaw},
     disturbance::{DISTURB, JointPushes},
     robot::SharedRobot,
     target::TargetReader,
@@ -96,6 +97,7 @@ impl Node for RobotSensor {
     fn tick(&mut self, tick: &mut Tick) -> TickResult {
         let mut state = self.plant.at(tick.now()).state();
         self.disturb(tick.number(), &mut state);
+        self.plant.at(tick.now()).observe(&mut state)?;
         tick.publish(&self.readings, RobotRow(state.into()));
         Ok(Flow::Continue)
     }
@@ -109,51 +111,12 @@ impl Node for RobotSensor {
     }
 }
 
-/// How controls follow from a reading.
-#[derive(Clone, Debug)]
-pub(crate) enum Law {
-    /// Linear feedback with these gains.
-    Lqr(DMatrix<f64>),
-    /// The controls of the reference, for ever.
-    Hold,
-    /// None.
-    Zero,
-}
-
-impl Law {
-    /// Its name.
-    pub(crate) fn name(&self) -> &'static str {
-        match self {
-            Self::Lqr(_) => PLANT_POLICIES[0],
-            Self::Hold => PLANT_POLICIES[1],
-            Self::Zero => PLANT_POLICIES[2],
-        }
-    }
-
-    /// Returns the controls for a reading of `robot`.
-    fn controls(&self, robot: &SharedRobot, reading: &[f64]) -> Vec<f64> {
-        let at = &robot.at.controls;
-        match self {
-            Self::Zero => vec![0.0; at.len()],
-            Self::Hold => at.clone(),
-            Self::Lqr(gains) => {
-                let deviation = robot.deviation(reading).unwrap_or_default();
-                let controls = at.iter().zip(gains.row_iter()).map(|(at, gains)| {
-                    let products = gains.iter().zip(&deviation).map(|(gain, x)| gain * x);
-                    at - products.fold(0.0, |sum, product| sum + product)
-                });
-                controls.collect()
-            }
-        }
-    }
-}
-
 /// Decides on the newest reading.
 pub(crate) struct RobotPolicy {
-    pub(crate) robot: SharedRobot,
-    pub(crate) law: Law,
-    /// The law of each name, for messages.
-    pub(crate) laws: Vec<Law>,
+    pub(crate) law: RobotLaw,
+    /// The name of the law at first.
+    pub(crate) first: String,
+    pub(crate) maker: PolicyMaker,
     pub(crate) readings: Subscription<RobotRow>,
     pub(crate) actions: Publisher<RobotRow>,
     pub(crate) target: TargetReader,
@@ -162,9 +125,14 @@ pub(crate) struct RobotPolicy {
 impl Node for RobotPolicy {
     fn tick(&mut self, tick: &mut Tick) -> TickResult {
         if let Some(reading) = tick.read(&mut self.readings) {
-            let seen = self.target.seen(tick, &self.robot, &reading.data);
-            let controls = self.law.controls(&self.robot, &seen.0);
-            let controls = RobotRow(controls.into());
+            let moment = Moment {
+                origin: reading.sensed(),
+                now: tick.now(),
+                ..Moment::default()
+            };
+            let robot = &self.maker.robot;
+            let seen = self.target.seen(tick, robot, &reading.data);
+            let controls = RobotRow(self.law.controls(robot, &seen.0, moment)?.into());
             // The age of a push is that of the reading, whatever the age of the target.
             if self.target.0.is_some() {
                 tick.publish_from(&self.actions, controls, &reading);
@@ -177,9 +145,13 @@ impl Node for RobotPolicy {
 
     /// Replaces the policy by the named one.
     fn on_message(&mut self, text: &str) -> Result<String, NodeError> {
-        let named = self.laws.iter().find(|law| law.name() == text.trim());
-        let law = named.ok_or_else(|| PlantDefect::policy(text))?.clone();
-        Ok(mem::replace(&mut self.law, law).name().to_owned())
+        let law = self.maker.make(text)?;
+        Ok(mem::replace(&mut self.law, law).name())
+    }
+
+    fn restart(&mut self) -> Result<(), NodeError> {
+        self.law = self.maker.make(&self.first)?;
+        Ok(())
     }
 }
 

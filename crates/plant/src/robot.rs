@@ -11,10 +11,12 @@ use crate::{
     BodyData, PlantDefect,
     gains::gains,
     linear::LinearRobot,
+    losses::LossRule,
     model::{JointKind, RobotModel},
     model_error::RobotModelError,
     motion::{JointMotion, motions},
     reference::{Reference, found},
+    terms::ObservedTerms,
 };
 
 /// The size of a position or a speed from which a run is lost, whatever its limits.
@@ -28,6 +30,12 @@ pub struct Robot {
     pub(crate) model: RobotModel,
     /// The equilibrium that runs begin at.
     pub(crate) at: Reference,
+    /// The pose as given, from which networks count.
+    pub(crate) given: Reference,
+    /// What a policy sees.
+    pub(crate) terms: ObservedTerms,
+    /// What loses a run beside the limits.
+    pub(crate) rules: Vec<LossRule>,
     pub(crate) limits: Vec<f64>,
     /// Half of the range of each control.
     pub(crate) half: Vec<f64>,
@@ -48,8 +56,9 @@ impl Robot {
     /// # Errors
     /// [`PlantDefect`] for unknown names, and where nothing holds the pose.
     pub(crate) fn new(model: RobotModel, spec: &PlantSpec) -> Result<Self, PlantDefect> {
-        let at = found(&model, &given(&model, spec)?)?;
-        Self::at(model, spec, at)
+        let given = given(&model, spec)?;
+        let at = found(&model, &given)?;
+        Self::at(model, spec, [given, at])
     }
 
     /// Returns the robot of a recording.
@@ -68,10 +77,15 @@ impl Robot {
         if sizes != [positions, controls, activations] {
             return Err(RobotModelError::Damaged.into());
         }
-        Self::at(model, spec, at)
+        let given = given(&model, spec)?;
+        Self::at(model, spec, [given, at])
     }
 
-    fn at(model: RobotModel, spec: &PlantSpec, at: Reference) -> Result<Self, PlantDefect> {
+    fn at(
+        model: RobotModel,
+        spec: &PlantSpec,
+        [given, at]: [Reference; 2],
+    ) -> Result<Self, PlantDefect> {
         let groups = model.groups();
         let known = |name: &str| name == "*" || groups.contains(&name);
         if let Some((name, _)) = spec.limits.iter().find(|(name, _)| !known(name)) {
@@ -79,6 +93,9 @@ impl Robot {
         }
         let limits = model.coordinates.iter().map(|group| spec.limit(group));
         Ok(Self {
+            terms: ObservedTerms::parse(&spec.observe, &model)?,
+            rules: LossRule::parse(&spec.lost, &model)?,
+            given,
             limits: limits.collect(),
             half: model.half_ranges(),
             start: spec.start,
@@ -173,6 +190,13 @@ impl Robot {
         Ok(data)
     }
 
+    /// Returns the state in a reading, without the terms behind it.
+    pub(crate) fn state_in<'r>(&self, reading: &'r [f64]) -> &'r [f64] {
+        let [positions, coordinates, activations, _] = self.model.sizes();
+        let numbers = positions + coordinates + activations;
+        reading.get(..numbers).unwrap_or(reading)
+    }
+
     /// The deviation of a state from the reference: coordinates, speeds, activations. `None` for
     /// another number of positions, speeds and activations.
     pub(crate) fn deviation(&self, state: &[f64]) -> Option<Vec<f64>> {
@@ -195,8 +219,8 @@ impl Robot {
         Some(deviation)
     }
 
-    /// Why a state loses the run, if it does.
-    pub(crate) fn loss(&self, state: &[f64]) -> Option<LossCause> {
+    /// Why a state loses the run, if it does. A robot is placed there in `copy`, if that is needed.
+    pub(crate) fn loss(&self, state: &[f64], copy: &mut Option<BodyData>) -> Option<LossCause> {
         let [positions, coordinates, ..] = self.model.sizes();
         let mut moving = state.iter().take(positions + coordinates);
         if !moving.all(|number| number.abs() < FINITE) {
@@ -205,7 +229,24 @@ impl Robot {
         let deviation = self.deviation(state)?;
         let beyond = |(x, limit): (&f64, &f64)| x.abs() > *limit;
         let first = deviation.iter().zip(&self.limits).position(beyond);
-        first.map(LossCause::Coordinate)
+        let cause = first.map(LossCause::Coordinate);
+        cause.or_else(|| self.broken_rule(state, copy))
+    }
+
+    /// The first rule that loses the run in a state.
+    fn broken_rule(&self, state: &[f64], copy: &mut Option<BodyData>) -> Option<LossCause> {
+        if self.rules.is_empty() {
+            return None;
+        }
+        let data = match copy {
+            Some(data) => data,
+            None => copy.insert(self.model.body().ok()?),
+        };
+        let [positions, ..] = self.model.sizes();
+        data.qpos_mut().copy_from_slice(state.get(..positions)?);
+        data.fwd_position();
+        let first = self.rules.iter().position(|rule| rule.holds(data));
+        first.map(LossCause::Rule)
     }
 
     /// What a row of `/state` costs: squares of deviations and controls, over their limits.
@@ -232,6 +273,8 @@ pub(crate) enum LossCause {
     NotFinite,
     /// The coordinate with this index went beyond its limit.
     Coordinate(usize),
+    /// The rule with this index says so.
+    Rule(usize),
 }
 
 /// The pose as the file gives it, with the controls there.

@@ -1,13 +1,15 @@
 //! A robot of an MJCF file as a system: sensor, policy and actuator around it.
 
 use std::{
-    path::Path,
+    fs,
+    path::{Path, PathBuf},
     sync::{Arc, Mutex, OnceLock},
     time::Duration,
 };
 
 use nalgebra::DMatrix;
-use ratelab::{ClockExit, Hz, Knob, Tick, Time, Topic, sync::lock};
+use ratelab::{ClockExit, Hz, Knob, Tick, Time, Topic, Wiring, sync::lock};
+use ratelab_policy::{PolicyContext, PolicyFile, PolicyFiles};
 use ratelab_system::{
     About, AgeLimits, Alias, BuildError, Builder, Group, Judge, Picture, PlantRecord, RobotInfo,
     RunTally, Setup, SharedWorld, Signal, System, SystemKnobs, Verdict, VerdictKind, WORLD,
@@ -19,10 +21,12 @@ use ratelab_system::{
 use crate::{
     PlantDefect,
     aliases::ALIASES,
+    decide::{PolicyMaker, RobotLaw, known},
     disturbance::{DISTURB, JointPushes},
+    law::Law,
     model::RobotModel,
     nodes::{
-        ACTION, ACTUATOR, Law, NOISE, OBS, POLICY, RobotActuator, RobotPolicy, RobotSensor,
+        ACTION, ACTUATOR, NOISE, OBS, POLICY, RobotActuator, RobotPolicy, RobotSensor,
         SENSE_TO_ACT, SENSOR, STATE, SensorNoise,
     },
     picture::RobotPainter,
@@ -51,6 +55,8 @@ pub struct RobotPlant {
     notes: Mutex<Vec<(Hz, Vec<String>)>>,
     /// What draws the robot, from the first picture on.
     painter: OnceLock<Option<RobotPainter>>,
+    /// The policies in files that were loaded.
+    files: PolicyFiles,
 }
 
 impl RobotPlant {
@@ -60,7 +66,16 @@ impl RobotPlant {
     /// [`PlantDefect`] for unreadable files, a model beyond the bounds, and a pose that nothing holds.
     pub fn load(folder: &Path, spec: &PlantSpec) -> Result<Self, PlantDefect> {
         let model = RobotModel::load(folder, &spec.mjcf, spec.step_ns)?;
-        Ok(Self::new(Robot::new(model, spec)?))
+        let mut spec = spec.clone();
+        if !PLANT_POLICIES.contains(&&*spec.policy) {
+            let path: PathBuf = folder.join(&spec.policy).components().collect();
+            if !fs::metadata(&path).is_ok_and(|file| file.is_file()) {
+                let what = format!("no such file: {}", spec.policy);
+                return Err(PlantDefect::new("policy", what));
+            }
+            spec.policy = path.to_string_lossy().into_owned();
+        }
+        Ok(Self::new(Robot::new(model, &spec)?))
     }
 
     /// Returns the robot in `xml` with the settings of `spec`: both are parts of the program, and name no
@@ -91,6 +106,7 @@ impl RobotPlant {
                 verdicts.push(lost_kind(group, *limit));
             }
         }
+        verdicts.extend(robot.rules.iter().map(|rule| rule_kind(&rule.text)));
         let spec = &robot.spec;
         let policy = Knob::Send {
             node: POLICY.to_owned(),
@@ -107,6 +123,7 @@ impl RobotPlant {
             laws: Mutex::default(),
             notes: Mutex::default(),
             painter: OnceLock::new(),
+            files: PolicyFiles::default(),
         }
     }
 
@@ -230,6 +247,70 @@ impl RobotPlant {
         builder.through(&targets, 0).map(Some)
     }
 
+    /// The policy of a run at first, with its name.
+    fn policy(&self, builder: &mut Builder<'_>) -> Result<FirstPolicy, BuildError> {
+        let maker = self.maker(builder);
+        let own = Some(&*self.robot.spec.policy).filter(|name| PLANT_POLICIES.contains(name));
+        let name = match (builder.message(POLICY), own) {
+            (Some(text), _) => text.to_owned(),
+            (None, own) => own.unwrap_or(Law::Hold.name()).to_owned(),
+        };
+        if PLANT_POLICIES.contains(&&*name) {
+            self.law(&name, maker.context.control_hz).map_err(setting)?;
+        }
+        let law = maker.make(&name).map_err(setting)?;
+        Ok(FirstPolicy { name, law, maker })
+    }
+
+    /// Adds the node that decides, between topics of readings and actions.
+    fn policy_node(
+        &self,
+        builder: &mut Builder<'_>,
+        first: FirstPolicy,
+        targets: Option<Topic<RobotRow>>,
+        [readings, actions]: [&Topic<RobotRow>; 2],
+    ) -> Result<(), BuildError> {
+        let FirstPolicy { name, law, maker } = first;
+        let (readings, actions) = (readings.clone(), actions.clone());
+        let policy = move |wiring: &mut Wiring<'_>, law| RobotPolicy {
+            law,
+            first: name.clone(),
+            maker: maker.clone(),
+            readings: wiring.subscription(&readings),
+            actions: wiring.publisher(&actions),
+            target: TargetReader(targets.as_ref().map(|targets| wiring.subscription(targets))),
+        };
+        let rate = self.robot.spec.rate;
+        match law {
+            RobotLaw::Own(law) => builder.node(POLICY, rate.get(), 1, move |wiring| {
+                policy(wiring, RobotLaw::Own(law.clone()))
+            }),
+            law => builder.single_node(POLICY, rate.into(), 1, |wiring| policy(wiring, law)),
+        }
+    }
+
+    /// What makes the policies of a run.
+    fn maker(&self, builder: &Builder<'_>) -> PolicyMaker {
+        let context = self.context(builder.seed(), builder.setup());
+        let law = |name: &&str| self.law(name, context.control_hz).ok();
+        PolicyMaker {
+            robot: self.robot.clone(),
+            laws: PLANT_POLICIES.iter().filter_map(law).collect(),
+            files: self.files.clone(),
+            context,
+            answers: builder.answers(POLICY),
+        }
+    }
+
+    /// The inputs of a policy in a file.
+    fn context(&self, seed: u64, setup: &Setup) -> PolicyContext {
+        PolicyContext {
+            seed,
+            control_hz: setup.rate(POLICY).unwrap_or(self.robot.spec.rate),
+            chunk: None,
+        }
+    }
+
     /// The law of a run with `setup`, and its rate.
     fn law_of(&self, setup: &Setup) -> Result<(Law, Hz), PlantDefect> {
         let spec = &self.robot.spec;
@@ -239,6 +320,13 @@ impl RobotPlant {
     }
 }
 
+/// The policy of a run at first.
+struct FirstPolicy {
+    name: String,
+    law: RobotLaw,
+    maker: PolicyMaker,
+}
+
 /// The verdict on a run that a group of coordinates has lost.
 fn lost_kind(group: &str, limit: f64) -> VerdictKind {
     VerdictKind {
@@ -246,6 +334,21 @@ fn lost_kind(group: &str, limit: f64) -> VerdictKind {
         lost: true,
         text: format!("LOST at {{at}} ({group} beyond {limit})").into(),
     }
+}
+
+/// The verdict on a run that is lost by the rule with this text.
+fn rule_kind(text: &str) -> VerdictKind {
+    VerdictKind {
+        name: format!("lost_{}", key(text)).into(),
+        lost: true,
+        text: format!("LOST at {{at}} ({text})").into(),
+    }
+}
+
+/// The file that a message to a node names, if any.
+fn file_of(node: &str, text: &str) -> Option<PolicyFile> {
+    let name = text.trim();
+    (node == POLICY && !PLANT_POLICIES.contains(&name)).then(|| PolicyFile::parse(name))
 }
 
 /// Any error of a part of the graph as the error of a setting.
@@ -265,11 +368,7 @@ impl System for RobotPlant {
             ));
         }
         let rate = self.robot.spec.rate;
-        builder.message(POLICY); // The policy is built with it.
-        let (law, hz) = self.law_of(builder.setup()).map_err(setting)?;
-        let laws = PLANT_POLICIES
-            .iter()
-            .filter_map(|name| self.law(name, hz).ok());
+        let policy = self.policy(builder)?;
         let noise = builder
             .parameter(SENSOR, NOISE)
             .map(str::parse::<SensorNoise>)
@@ -278,7 +377,8 @@ impl System for RobotPlant {
             .unwrap_or_default();
         let (states, controls) = (self.robot.state_names(), self.robot.model.control_names());
         let readings = builder.internal_topic::<RobotRow>(OBS);
-        builder.record_as(readings.clone(), states.iter());
+        let observed = self.robot.terms.names();
+        builder.record_as(readings.clone(), states.iter().chain(&observed));
         let actions = builder.internal_topic::<RobotRow>(ACTION);
         builder.record_as(actions.clone(), controls.iter());
         let plant = self.plant(builder)?;
@@ -293,19 +393,7 @@ impl System for RobotPlant {
         })?;
         let readings = builder.through(&readings, 0)?;
         let targets = self.targets(builder)?;
-        let (robot, laws, published) = (
-            self.robot.clone(),
-            laws.collect::<Vec<_>>(),
-            actions.clone(),
-        );
-        builder.node(POLICY, rate.get(), 1, move |wiring| RobotPolicy {
-            robot: robot.clone(),
-            law: law.clone(),
-            laws: laws.clone(),
-            readings: wiring.subscription(&readings),
-            actions: wiring.publisher(&published),
-            target: TargetReader(targets.as_ref().map(|targets| wiring.subscription(targets))),
-        })?;
+        self.policy_node(builder, policy, targets, [&readings, &actions])?;
         let actions = builder.through(&actions, 1)?;
         let robot = self.robot.clone();
         builder.node(ACTUATOR, rate.get(), 2, move |wiring| RobotActuator {
@@ -381,12 +469,13 @@ impl Judge for RobotPlant {
     fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
         let controls = self.robot.half.len();
         let state = state.and_then(|row| row.get(controls..));
-        let kind = match state.and_then(|state| self.robot.loss(state)) {
+        let kind = match state.and_then(|state| self.robot.loss(state, &mut None)) {
             Some(LossCause::NotFinite) => self.verdicts[2].clone(),
             Some(LossCause::Coordinate(index)) => lost_kind(
                 &self.robot.model.coordinates[index],
                 self.robot.limits[index],
             ),
+            Some(LossCause::Rule(index)) => rule_kind(&self.robot.rules[index].text),
             None if *exit == ClockExit::Completed => STOOD,
             None => STOPPED,
         };
@@ -449,12 +538,38 @@ impl SystemKnobs for RobotPlant {
         ALIASES
     }
 
-    fn resolve(&self, _: u64, _: &Setup, node: &str, text: &str) -> Result<String, String> {
+    /// Pins a policy's file to its current content.
+    fn resolve(&self, seed: u64, setup: &Setup, node: &str, text: &str) -> Result<String, String> {
         let name = text.trim();
-        if node != POLICY || PLANT_POLICIES.contains(&name) {
+        let Some(file) = file_of(node, name) else {
             return Ok(name.to_owned());
+        };
+        // As in a log, which names a program and has none started.
+        if file.is_program {
+            return Ok(file.to_string());
         }
-        Err(PlantDefect::policy(name).to_string())
+        let context = self.context(seed, setup);
+        let shape = self.robot.shape(context);
+        let pinned = self.files.pin(&file).and_then(|pinned| {
+            // The node would refuse a policy that does not fit.
+            pinned.policy(context, shape)?;
+            pinned.check_chunk(None, shape).map(|()| pinned)
+        });
+        match pinned {
+            Ok(pinned) => Ok(pinned.file().to_string()),
+            Err(error) => Err(known(name, error).to_string()),
+        }
+    }
+
+    fn file(&self, node: &str, text: &str) -> Option<PathBuf> {
+        Some(file_of(node, text)?.path.into())
+    }
+
+    fn is_program(&self, node: &str, text: &str, looks: bool) -> bool {
+        file_of(node, text).is_some_and(|file| {
+            let found = || file.load().is_ok_and(|loaded| loaded.file().is_program);
+            file.is_program || looks && found()
+        })
     }
 
     fn parameter(&self, [node, name]: [&str; 2], value: &str) -> Result<String, String> {

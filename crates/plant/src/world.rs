@@ -1,7 +1,8 @@
 //! A robot that moves by itself.
 
-use std::sync::Arc;
+use std::{cell::RefCell, sync::Arc};
 
+use mujoco_rs::mujoco_c::mjtState;
 use ratelab::{Flow, Message, Publisher, Tick, Time};
 use ratelab_metrics::Fields;
 use ratelab_system::{StepInput, World};
@@ -33,6 +34,8 @@ impl Fields for RobotRow {
 pub(crate) struct FreeRobot {
     robot: SharedRobot,
     data: BodyData,
+    /// A robot in which is computed what follows from a state.
+    copy: RefCell<Option<BodyData>>,
     steps: u64,
     input: StepInput<Arc<[f64]>>,
     /// Input of the last step that has ended.
@@ -51,6 +54,7 @@ impl FreeRobot {
         let controls: Arc<[f64]> = robot.at.controls.as_slice().into();
         Ok(Self {
             data: robot.begin(seed)?,
+            copy: RefCell::default(),
             robot,
             steps: 0,
             input: StepInput::new(controls.clone()),
@@ -66,6 +70,27 @@ impl FreeRobot {
     pub(crate) fn state(&self) -> Vec<f64> {
         let data = &self.data;
         [data.qpos(), data.qvel(), data.act()].concat()
+    }
+
+    /// Adds the terms of an observation to a reading of the state, which may have noise.
+    pub(crate) fn observe(&mut self, reading: &mut Vec<f64>) -> Result<(), RobotModelError> {
+        const STATE: u32 = mjtState::mjSTATE_INTEGRATION as u32;
+        if self.robot.terms.is_empty() {
+            return Ok(());
+        }
+        let data = match self.copy.get_mut() {
+            Some(data) => data,
+            empty => empty.insert(self.robot.model.body()?),
+        };
+        // Its length is that of the same model.
+        let _ = data.set_state(&self.data.state(STATE), STATE);
+        let (positions, rest) = reading.split_at(data.qpos().len());
+        data.qpos_mut().copy_from_slice(positions);
+        let speeds = &rest[..data.qvel().len()];
+        data.qvel_mut().copy_from_slice(speeds);
+        data.forward();
+        self.robot.terms.read(data, &self.robot.given, reading);
+        Ok(())
     }
 
     /// Applies controls at run time `now`: steps that begin then or later have them.
@@ -96,7 +121,7 @@ impl FreeRobot {
             let row = [&*self.taken, &state].concat();
             tick.publish_stamped(states, RobotRow(row.into()), self.sensed);
         }
-        match self.robot.loss(&state) {
+        match self.robot.loss(&state, &mut self.copy.borrow_mut()) {
             Some(_) => Flow::End,
             None => Flow::Continue,
         }

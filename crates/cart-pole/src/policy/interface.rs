@@ -1,40 +1,10 @@
-//! The interface of a policy, and what it is made with.
+//! The interface of a policy.
 
-use std::{sync::Arc, time::Duration};
+use std::sync::Arc;
 
-use ratelab::{Hz, Time};
+use ratelab_policy::{Moment, PolicyFault};
 
-use super::PolicyFault;
 use crate::{Action, Observation};
-
-/// The inputs of a policy besides its observations.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PolicyContext {
-    /// The seed of the run.
-    pub seed: u64,
-    /// Control rate at the start of the run.
-    pub control_hz: Hz,
-    /// Number of actions in a chunk; `None` for single actions.
-    pub chunk: Option<usize>,
-}
-
-/// When a policy is asked.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Moment {
-    /// Run time of the reading.
-    pub origin: Time,
-    /// Start of the tick.
-    pub now: Time,
-    /// How long after that its chunk is expected to be played; zero without chunks.
-    pub expected: Duration,
-}
-
-impl Moment {
-    /// Returns the age that the reading is expected to have when its chunk begins to be played.
-    pub fn delay(&self) -> Duration {
-        self.now.since(self.origin) + self.expected
-    }
-}
 
 /// Decides on an action for each observation.
 ///

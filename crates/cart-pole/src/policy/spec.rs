@@ -1,16 +1,14 @@
 //! A policy by name: built in, or in a file.
 
-use std::{fmt, path::Path, str::FromStr, sync::Arc};
+use std::{fmt, str::FromStr};
 
+use ratelab_policy::{LoadedFile, PolicyContext, PolicyError, PolicyFault, PolicyFile};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Lqr, Policy, PolicyContext, PolicyFile, PolicyKind, Random, Scripted, UnknownPolicy, Zero,
-    error::{PolicyError, PolicyFault},
-    format::{FileFormat, ProgramKind, way_out},
-    network::{Mlp, Network, read_weights},
-    onnx::OnnxModel,
-    program::{self, ProgramPolicy},
+    CartTerms, Lqr, LqrError, Policy, PolicyKind, Random, Scripted, UnknownPolicy, Zero,
+    built_in::EXPECTED,
+    rows::{FilePolicy, shape},
 };
 
 /// The choice of a policy. As text: the name of a built-in policy, or else the path of a
@@ -38,10 +36,7 @@ impl PolicySpec {
     pub fn name(&self) -> &str {
         match self {
             Self::BuiltIn(kind) => kind.name(),
-            Self::File(file) => {
-                let name = Path::new(&file.path).file_name();
-                name.and_then(|name| name.to_str()).unwrap_or(&file.path)
-            }
+            Self::File(file) => file.name(),
         }
     }
 
@@ -51,16 +46,30 @@ impl PolicySpec {
     /// [`PolicyError`] with the file, the expected content and the actual content. It
     /// never falls back to another policy.
     pub fn load(&self) -> Result<LoadedPolicy, PolicyError> {
-        match self {
-            Self::BuiltIn(kind) => Ok(LoadedPolicy {
+        self.load_by(&CartTerms::default(), PolicyFile::load)
+    }
+
+    /// Loads the policy; a file by `load`, which is to see these `terms`.
+    pub(super) fn load_by(
+        &self,
+        terms: &CartTerms,
+        load: impl FnOnce(&PolicyFile) -> Result<LoadedFile, PolicyError>,
+    ) -> Result<LoadedPolicy, PolicyError> {
+        Ok(match self {
+            Self::BuiltIn(kind) => LoadedPolicy {
                 spec: self.clone(),
                 content: SpecContent::BuiltIn(*kind),
-            }),
-            Self::File(file) => load(file).map_err(|why| PolicyError {
-                spec: file.path.clone(),
-                why: why.to_string(),
-            }),
-        }
+                terms: terms.clone(),
+            },
+            Self::File(file) => {
+                let loaded = load(file).map_err(with_names)?;
+                LoadedPolicy {
+                    spec: Self::File(loaded.file().clone()),
+                    content: SpecContent::File(loaded),
+                    terms: terms.clone(),
+                }
+            }
+        })
     }
 
     /// Returns whether it is known to be a program.
@@ -69,24 +78,13 @@ impl PolicySpec {
     }
 }
 
-fn load(file: &PolicyFile) -> Result<LoadedPolicy, PolicyFault> {
-    let (content, digest) = file.read()?;
-    let format = FileFormat::detect(&content);
-    let pinned = PolicyFile {
-        sha256: Some(digest),
-        is_program: file.is_program || program::is_program(&file.path, &content, format)?,
-        ..file.clone()
-    };
-    let content = if pinned.is_program {
-        SpecContent::Program(pinned.clone())
-    } else if format == FileFormat::Onnx {
-        SpecContent::Graph(OnnxModel::open(&content)?)
-    } else {
-        let weights = read_weights(&content)?;
-        SpecContent::Network(Arc::new(weights))
-    };
-    let spec = PolicySpec::File(pinned);
-    Ok(LoadedPolicy { spec, content })
+/// An error; of a file that does not exist with the policies that have none.
+pub(super) fn with_names(error: PolicyError) -> PolicyError {
+    if error.why == PolicyFault::Missing.to_string() {
+        let why = format!("expected {EXPECTED}; {}", error.why);
+        return PolicyError { why, ..error };
+    }
+    error
 }
 
 impl From<PolicyKind> for PolicySpec {
@@ -122,14 +120,14 @@ impl FromStr for PolicySpec {
 pub struct LoadedPolicy {
     spec: PolicySpec,
     content: SpecContent,
+    /// What it sees, if it is in a file.
+    terms: CartTerms,
 }
 
 #[derive(Clone, Debug)]
 enum SpecContent {
     BuiltIn(PolicyKind),
-    Network(Arc<Mlp>),
-    Graph(OnnxModel),
-    Program(PolicyFile),
+    File(LoadedFile),
 }
 
 impl LoadedPolicy {
@@ -143,28 +141,10 @@ impl LoadedPolicy {
     /// # Errors
     /// [`PolicyError`] if a network answers with other chunks.
     pub fn check_chunk(&self, chunk: Option<usize>) -> Result<(), PolicyError> {
-        let SpecContent::Network(weights) = &self.content else {
-            return Ok(());
-        };
-        let actions = weights.actions();
-        let wants = match chunk {
-            _ if actions == 1 || chunk == Some(actions) => return Ok(()),
-            None => "one action".to_owned(),
-            Some(wanted) => format!("chunks of {wanted} actions"),
-        };
-        let way_out = way_out(Some(ProgramKind::Module));
-        let remedy = if actions == 2 {
-            format!(
-                "if they are the values of two choices, {way_out}; if they are the next 2 actions, give --chunk 2"
-            )
-        } else {
-            format!(
-                "give --chunk {actions} if they are the next {actions} actions; if not, {way_out}"
-            )
-        };
-        Err(self.error(format!(
-            "its answers are {actions} numbers, and the run wants {wants}: {remedy}"
-        )))
+        match &self.content {
+            SpecContent::BuiltIn(_) => Ok(()),
+            SpecContent::File(file) => file.check_chunk(chunk, shape(&self.terms)),
+        }
     }
 
     /// Creates the policy in its initial state.
@@ -178,22 +158,16 @@ impl LoadedPolicy {
             SpecContent::BuiltIn(PolicyKind::Random) => Box::new(Random::new(context.seed)),
             SpecContent::BuiltIn(PolicyKind::Lqr) => {
                 let lqr = Lqr::at(context.control_hz);
-                Box::new(lqr.map_err(|why| self.error(why.to_string()))?)
+                let error = |why: LqrError| PolicyError {
+                    spec: self.spec.name().to_owned(),
+                    why: why.to_string(),
+                };
+                Box::new(lqr.map_err(error)?)
             }
-            SpecContent::Program(file) => {
-                Box::new(ProgramPolicy::new(self.spec.name(), file.clone(), context))
-            }
-            SpecContent::Graph(model) => model.policy(self.spec.name()),
-            SpecContent::Network(weights) => {
-                Box::new(Network::new(self.spec.name(), weights.clone()))
+            SpecContent::File(file) => {
+                let rows = file.policy(context, shape(&self.terms))?;
+                Box::new(FilePolicy::new(self.spec.name(), rows, self.terms.clone()))
             }
         })
-    }
-
-    pub(super) fn error(&self, why: String) -> PolicyError {
-        PolicyError {
-            spec: self.spec.name().to_owned(),
-            why,
-        }
     }
 }

@@ -6,7 +6,9 @@ use ratelab_system::RecordedAnswers;
 
 use super::{
     Moment, Policy, PolicyCache, PolicyContext, PolicyError, PolicyFault, PolicySpec,
-    UnknownPolicy, program::RecordedPolicy,
+    UnknownPolicy,
+    rows::{FilePolicy, shape},
+    spec::with_names,
 };
 use crate::{Action, Observation};
 
@@ -47,37 +49,26 @@ impl SwappablePolicy {
     }
 }
 
-/// Makes the policy of `spec`, ready to be asked; returns it with its text. Of a program that is
-/// pinned already the name comes from a recording, or another log: that alone starts none.
+/// Makes the policy of `spec`, ready to be asked; returns it with its text.
 fn make(
     spec: &PolicySpec,
     cache: &PolicyCache,
     context: PolicyContext,
     answers: Option<&Arc<RecordedAnswers>>,
 ) -> Result<(Box<dyn Policy>, String), PolicyError> {
-    if let PolicySpec::File(program) = spec
-        && program.is_program
-    {
-        if let Some(answers) = answers {
-            let recorded = RecordedPolicy::new(spec.name(), answers.clone(), context.chunk);
-            return Ok((Box::new(recorded), spec.to_string()));
-        }
-        if !cache.knows_program(program) {
-            let why = "no recording or log starts a program: name one with this content by its \
-                       path alone";
-            return Err(PolicyError {
-                spec: spec.to_string(),
-                why: why.to_owned(),
-            });
+    match spec {
+        PolicySpec::BuiltIn(_) => Ok((spec.load()?.policy(context)?, spec.to_string())),
+        PolicySpec::File(file) => {
+            let terms = cache.terms.clone();
+            let started = cache.files.start(file, context, shape(&terms), answers);
+            let (rows, file) = started.map_err(with_names)?;
+            let spec = PolicySpec::File(file);
+            Ok((
+                Box::new(FilePolicy::new(spec.name(), rows, terms)),
+                spec.to_string(),
+            ))
         }
     }
-    let loaded = cache.fetch(spec)?;
-    loaded.check_chunk(context.chunk)?;
-    let mut policy = loaded.policy(context)?;
-    policy
-        .start()
-        .map_err(|why| loaded.error(why.to_string()))?;
-    Ok((policy, loaded.spec().to_string()))
 }
 
 impl Policy for SwappablePolicy {

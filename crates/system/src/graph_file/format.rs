@@ -120,7 +120,13 @@ const MJCF: Form = Text(r#"a path in quotes, such as "hopper.xml""#);
 const MOTIONS: Form = List(r#"a list of motions, such as ["hinge sine 0.1 0.5"]"#);
 
 /// What a plant is controlled by.
-const POLICY: Form = Text(r#""lqr", "hold" or "zero""#);
+const POLICY: Form = Text(r#""lqr", "hold", "zero" or the path of a policy, such as "net.onnx""#);
+
+/// What a policy of a plant sees.
+const TERMS: Form = List(r#"a list of terms, such as ["joints", "sensor gyro", "last-action"]"#);
+
+/// What loses a run of a plant.
+const LOSSES: Form = List(r#"a list such as ["height torso < 0.8", "tilt torso > 45"]"#);
 
 /// A kind of executor.
 const EXECUTOR: Form =
@@ -422,8 +428,19 @@ pub const SECTIONS: [FileSection; 9] = [
             optional(
                 "policy",
                 POLICY,
-                "lqr, made from the model; hold, the controls of the pose; or zero [default: lqr]",
+                "lqr, made from the model; hold, the controls of the pose; zero; or a file [default: lqr]",
             ),
+            optional(
+                "observe",
+                TERMS,
+                "What a network or a program sees, in this order [default: the state]",
+            ),
+            optional(
+                "action",
+                Figure,
+                "The factor from the outputs of a network to controls [default: 1]",
+            ),
+            optional("lost", LOSSES, "What loses the run beside the limits"),
             optional(
                 "rate",
                 Number(MOST_CLOCK_HZ),

@@ -38,14 +38,20 @@ pub struct PlantSpec {
     pub start: f64,
     /// What joints of the reference move, each as text, such as `hinge sine 0.1 0.5`.
     pub reference: Vec<String>,
-    /// Name of the policy.
+    /// Name of the policy, or the path of its file from the folder of the graph file.
     pub policy: String,
+    /// The terms of an observation; none for the state itself.
+    pub observe: Vec<String>,
+    /// The factor from outputs of a network to controls.
+    pub action: f64,
+    /// What loses a run beside the limits.
+    pub lost: Vec<String>,
     /// The rate of sensor, policy and actuator.
     pub rate: Hz,
     /// Step of physics (ns), if it is not the model's.
     pub step_ns: Option<u64>,
-    /// The keys with their places in the file, for errors.
-    places: Vec<(&'static str, usize)>,
+    /// The keys with the places of their values in the file, then of the items of lists, for errors.
+    places: Vec<(&'static str, Vec<usize>)>,
     at: usize,
 }
 
@@ -55,7 +61,9 @@ impl PlantSpec {
         let text = |key| block.text(key).map(|placed| placed.text.clone());
         let at = block.name.at;
         let policy = block.text("policy");
-        if let Some(policy) = policy.filter(|name| !PLANT_POLICIES.contains(&&*name.text)) {
+        // A path has a folder or an ending.
+        let is_known = |name: &str| PLANT_POLICIES.contains(&name) || name.contains(['/', '.']);
+        if let Some(policy) = policy.filter(|name| !is_known(&name.text)) {
             return unknown("no policy", policy, PLANT_POLICIES.into_iter());
         }
         let start = block.text("start").map(|start| (number(start), start.at));
@@ -69,13 +77,21 @@ impl PlantSpec {
             "limits",
             "start",
             "policy",
+            "observe",
+            "action",
+            "lost",
             "rate",
             "step_ms",
             "reference",
         ];
-        let places = keys
-            .into_iter()
-            .filter_map(|key| Some((key, block.at(key)?)));
+        let places = keys.into_iter().filter_map(|key| {
+            let items = block.list(key).iter().map(|item| item.at);
+            Some((key, [block.at(key)?].into_iter().chain(items).collect()))
+        });
+        let texts = |key| {
+            let items = block.list(key).iter();
+            items.map(|item| item.text.clone()).collect()
+        };
         let spec = Self {
             mjcf: text("mjcf").unwrap_or_default(),
             keyframe: text("keyframe"),
@@ -90,6 +106,9 @@ impl PlantSpec {
             policy: policy
                 .map_or(PLANT_POLICIES[0], |policy| &policy.text)
                 .to_owned(),
+            observe: texts("observe"),
+            action: action(block)?,
+            lost: texts("lost"),
             rate: rate(block)?,
             step_ns: step(block)?,
             places: places.collect(),
@@ -117,12 +136,18 @@ impl GraphFile {
         self.plant.as_ref()
     }
 
-    /// Returns an error in the value that `key` of its plant has.
-    pub fn plant_error(&self, key: &str, what: impl Into<String>) -> GraphFileError {
+    /// Returns an error in the value that `key` of its plant has, or in an `item` of a list.
+    pub fn plant_error(
+        &self,
+        key: &str,
+        item: Option<usize>,
+        what: impl Into<String>,
+    ) -> GraphFileError {
         let plant = self.plant.as_ref();
         let at = plant.map_or(0, |plant| {
-            let place = plant.places.iter().find(|(known, _)| *known == key);
-            place.map_or(plant.at, |(_, at)| *at)
+            let places = plant.places.iter().find(|(known, _)| *known == key);
+            let place = places.and_then(|(_, at)| at.get(item.map_or(0, |item| item + 1)));
+            place.map_or(plant.at, |at| *at)
         });
         GraphRefusal::new(at, what).in_text(&self.text)
     }
@@ -158,6 +183,16 @@ fn limits(block: &Block) -> Checked<Vec<(String, f64)>> {
         }
     });
     pairs.collect()
+}
+
+fn action(block: &Block) -> Checked<f64> {
+    let Some(factor) = block.text("action") else {
+        return Ok(1.0);
+    };
+    match number(factor) {
+        0.0 => refuse(factor.at, "action: expected a factor other than 0"),
+        number => Ok(number),
+    }
 }
 
 fn rate(block: &Block) -> Checked<Hz> {

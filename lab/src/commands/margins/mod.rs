@@ -8,7 +8,7 @@ mod search;
 use ratelab::{Hz, Knob};
 use ratelab_experiment::sweep::all_cores;
 use ratelab_plant::{ACTUATOR, POLICY, RobotPlant};
-use ratelab_system::graph_file::{GraphFile, PlantSpec};
+use ratelab_system::graph_file::{GraphFile, PLANT_POLICIES, PlantSpec};
 
 use self::{
     axes::MarginAxis,
@@ -55,6 +55,8 @@ pub fn margins(program: &Program, args: &MarginsArgs) -> Result<(), Error> {
         interrupt: &signals::interrupt(),
     };
     let hz = config.setup.rate(POLICY).unwrap_or(spec.rate);
+    let policy = config.setup.message(POLICY).unwrap_or(&spec.policy);
+    let has_theory = PLANT_POLICIES.contains(&policy);
     let axes = MarginAxis::all(hz.get());
     let steps = axes.iter().map(MarginAxis::tries).sum::<u64>() + 1;
     let bar = ProgressLine::new(steps * seeds.len() as u64, "the runs at most".to_owned());
@@ -67,7 +69,8 @@ pub fn margins(program: &Program, args: &MarginsArgs) -> Result<(), Error> {
     for axis in axes {
         match trials.last_borne(&axis, &ran) {
             Ok(bears) => margins.push(Margin {
-                theory: theory(&plant, &axis, hz),
+                // Nothing is known of a policy in a file.
+                theory: theory(&plant, &axis, hz).filter(|_| has_theory),
                 axis,
                 bears,
             }),

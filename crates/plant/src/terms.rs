@@ -1,0 +1,217 @@
+//! What a policy sees of a robot: the terms of an observation.
+
+use std::ops::Range;
+
+use mujoco_rs::prelude::MjtObjBase;
+
+use crate::{
+    BodyData, PlantDefect,
+    model::{JointKind, RobotJoint, RobotModel},
+    reference::Reference,
+};
+
+/// The key with the terms.
+const OBSERVE: &str = "observe";
+
+/// The forms of terms, for errors.
+const FORMS: &str = "qpos, qvel, joints, joint-speeds, sensor NAME, gravity SITE, last-action or \
+                     numbers such as \"1 0 0\", also with a factor, such as \"qvel * 0.1\"";
+
+/// The most numbers of an observation.
+const MOST_NUMBERS: usize = 4096;
+
+/// The terms of an observation, in the order of the file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct ObservedTerms(Vec<ObservedTerm>);
+
+/// A part of an observation.
+#[derive(Clone, Debug, PartialEq)]
+struct ObservedTerm {
+    text: String,
+    kind: TermKind,
+    factor: f64,
+    /// The numbers that it has.
+    size: usize,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum TermKind {
+    Positions,
+    Speeds,
+    /// These positions of hinges and slides, less the ones of the pose as given.
+    Joints(Vec<usize>),
+    /// These speeds of hinges and slides.
+    JointSpeeds(Vec<usize>),
+    Sensor(Range<usize>),
+    /// The world's down in the frame of this site.
+    Gravity(usize),
+    /// The policy's own last output.
+    LastAction,
+    Numbers(Vec<f64>),
+}
+
+impl ObservedTerms {
+    /// Reads the terms of a file for `model`.
+    ///
+    /// # Errors
+    /// [`PlantDefect`] for a term of another form, and a name that does not exist.
+    pub(crate) fn parse(texts: &[String], model: &RobotModel) -> Result<Self, PlantDefect> {
+        let terms = texts.iter().enumerate().map(|(index, text)| {
+            ObservedTerm::parse(text, model).map_err(|defect| defect.in_item(index))
+        });
+        let terms = Self(terms.collect::<Result<_, _>>()?);
+        match terms.0.iter().map(|term| term.size).sum() {
+            0..=MOST_NUMBERS => Ok(terms),
+            numbers => Err(PlantDefect::new(
+                OBSERVE,
+                format!("an observation of {numbers} numbers: expected up to {MOST_NUMBERS}"),
+            )),
+        }
+    }
+
+    /// Whether the state itself is the observation.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    fn of_the_sensor(&self) -> impl Iterator<Item = &ObservedTerm> {
+        let terms = self.0.iter();
+        terms.filter(|term| term.kind != TermKind::LastAction)
+    }
+
+    /// The name of each number that the sensor reads.
+    pub(crate) fn names(&self) -> Vec<String> {
+        let names = self.of_the_sensor().flat_map(|term| {
+            let name = |number| match term.size {
+                1 => term.text.clone(),
+                _ => format!("{} {number}", term.text),
+            };
+            (1..=term.size).map(name)
+        });
+        names.collect()
+    }
+
+    /// Adds to `row` what the sensor reads in `data`, where all that follows from the state has been
+    /// computed; `given` is the pose as given.
+    pub(crate) fn read(&self, data: &BodyData, given: &Reference, row: &mut Vec<f64>) {
+        for term in self.of_the_sensor() {
+            let numbers = term.kind.numbers(data, given);
+            row.extend(numbers.into_iter().map(|number| number * term.factor));
+        }
+    }
+
+    /// The whole observation, of what the sensor has `read` and of what the policy answered `last`;
+    /// `None` for another amount of numbers.
+    pub(crate) fn whole(&self, read: &[f64], last: &[f64]) -> Option<Vec<f64>> {
+        let (mut whole, mut rest) = (Vec::new(), read);
+        for term in &self.0 {
+            if term.kind == TermKind::LastAction {
+                whole.extend(last.iter().map(|number| number * term.factor));
+            } else {
+                let (numbers, after) = rest.split_at_checked(term.size)?;
+                whole.extend(numbers);
+                rest = after;
+            }
+        }
+        rest.is_empty().then_some(whole)
+    }
+
+    /// The numbers of a whole observation.
+    pub(crate) fn size(&self) -> usize {
+        self.0.iter().map(|term| term.size).sum()
+    }
+}
+
+impl ObservedTerm {
+    fn parse(text: &str, model: &RobotModel) -> Result<Self, PlantDefect> {
+        let what = || format!("{text:?} is not a term: expected {FORMS}");
+        let no_term = || PlantDefect::new(OBSERVE, what());
+        let (of, factor) = match text.rsplit_once('*') {
+            None => (text, 1.0),
+            Some((of, factor)) => (of, number(factor).ok_or_else(no_term)?),
+        };
+        let words = of.trim();
+        let [positions, coordinates, _, controls] = model.sizes();
+        let (kind, size) = match words.split_once(char::is_whitespace) {
+            None if words == "qpos" => (TermKind::Positions, positions),
+            None if words == "qvel" => (TermKind::Speeds, coordinates),
+            None if words == "last-action" => (TermKind::LastAction, controls),
+            None if words == "joints" => {
+                let places = joints(model, |joint| joint.position);
+                (TermKind::Joints(places.clone()), places.len())
+            }
+            None if words == "joint-speeds" => {
+                let places = joints(model, |joint| joint.speed);
+                (TermKind::JointSpeeds(places.clone()), places.len())
+            }
+            Some(("sensor", name)) => {
+                let sensor = named(model, MjtObjBase::mjOBJ_SENSOR, "sensor", name.trim())?;
+                let [begin, size] = [model.mujoco.sensor_adr(), model.mujoco.sensor_dim()]
+                    .map(|all| all[sensor] as usize);
+                (TermKind::Sensor(begin..begin + size), size)
+            }
+            Some(("gravity", name)) => {
+                let site = named(model, MjtObjBase::mjOBJ_SITE, "site", name.trim())?;
+                (TermKind::Gravity(site), 3)
+            }
+            _ => {
+                let numbers: Option<Vec<f64>> = words.split_whitespace().map(number).collect();
+                let numbers = numbers.filter(|numbers| !numbers.is_empty());
+                let numbers = numbers.ok_or_else(no_term)?;
+                let size = numbers.len();
+                (TermKind::Numbers(numbers), size)
+            }
+        };
+        Ok(Self {
+            text: text.trim().to_owned(),
+            kind,
+            factor,
+            size,
+        })
+    }
+}
+
+impl TermKind {
+    fn numbers(&self, data: &BodyData, given: &Reference) -> Vec<f64> {
+        match self {
+            Self::Positions => data.qpos().to_vec(),
+            Self::Speeds => data.qvel().to_vec(),
+            Self::Joints(places) => {
+                let moved = |place: &usize| data.qpos()[*place] - given.positions[*place];
+                places.iter().map(moved).collect()
+            }
+            Self::JointSpeeds(places) => places.iter().map(|place| data.qvel()[*place]).collect(),
+            Self::Sensor(range) => data.sensordata()[range.clone()].to_vec(),
+            Self::Gravity(site) => {
+                let [.., x, y, z] = data.site_xmat()[*site];
+                [x, y, z].map(|up| 0.0 - up).to_vec()
+            }
+            Self::LastAction => Vec::new(),
+            Self::Numbers(numbers) => numbers.clone(),
+        }
+    }
+}
+
+fn number(text: &str) -> Option<f64> {
+    let number: Option<f64> = text.trim().parse().ok();
+    number.filter(|number| number.is_finite())
+}
+
+/// The places of hinges and slides.
+fn joints(model: &RobotModel, place: impl Fn(&RobotJoint) -> usize) -> Vec<usize> {
+    let joints = model.joints.iter();
+    let simple = joints.filter(|joint| matches!(joint.kind, JointKind::Hinge | JointKind::Slide));
+    simple.map(place).collect()
+}
+
+/// The index of the object of this kind called `name`.
+fn named(
+    model: &RobotModel,
+    object: MjtObjBase,
+    kind: &str,
+    name: &str,
+) -> Result<usize, PlantDefect> {
+    model
+        .named(object, name)
+        .map_err(|names| PlantDefect::unknown(OBSERVE, kind, name, &names))
+}
