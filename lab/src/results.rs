@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use ratelab::Knob;
-use ratelab_experiment::{Experiment, Summary, header};
+use ratelab_experiment::{Experiment, StepWriter, Summary};
 use ratelab_real_clock::{RealtimeError, RealtimePriority};
 use ratelab_recording::{Destination, FinishedRecording, Recorder, RrdFormat, Source, Viewer};
 use ratelab_system::System;
@@ -37,7 +37,7 @@ pub fn plan<'a>(args: &'a RunArgs, experiment: &Experiment) -> Result<OutputPlan
     inputs.extend(knobs.map(|path| ("--knobs".to_owned(), path)));
     let like = args.graph.like.clone();
     inputs.extend(like.map(|path| ("--like".to_owned(), path)));
-    let header = header(experiment);
+    let header = StepWriter::header(experiment);
     if let (Some(path), None) = (&args.csv, &header) {
         let name = experiment.system().name();
         return Err(Error::BadInput(format!(

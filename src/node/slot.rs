@@ -103,7 +103,7 @@ impl NodeSlot {
         }
     }
 
-    /// Checks that the node has this knob.
+    /// Checks that knobs of this kind are not fixed for the node.
     pub(crate) fn check(&self, knob: &Knob) -> Result<(), KnobRefusal> {
         if self.fixed.kinds.contains(&knob.kind()) {
             Err(KnobRefusal::Fixed(self.fixed.reason))

@@ -102,7 +102,8 @@ fn a_cell_of_any_knob_is_the_run_that_it_would_be_alone_to_the_bit() {
         });
         let seed = cell.seed;
         let alone = short(&knobs.join("; "));
-        let alone = CellResult::from(&crate::support::run(&Config { seed, ..alone }));
+        let alone = crate::support::run(&Config { seed, ..alone });
+        let alone = CellResult::new(&*cart_pole(), &alone);
         assert_eq!(bits(outcome), bits(&alone), "{cell:?}");
         compared += 1;
     }
@@ -337,5 +338,44 @@ proptest! {
             prop_assert_eq!(distinct.len(), axis.values().len());
             prop_assert!(!axis.values().is_empty());
         }
+    }
+}
+
+#[test]
+fn a_rate_that_is_a_part_of_a_swept_one_follows_it_in_each_cell() {
+    let graph = "name = \"parts\"\n[node.fast]\nrate = 250\npublishes = [\"/x\"]\n\n\
+                 [node.part]\nrate = \"fast / 10\"\nreads = [\"/x\"]\n";
+    let system = graph_system(graph).expect("a graph");
+    let list = Config {
+        end: secs(2.0),
+        ..Config::default()
+    };
+    let by_hand = Config {
+        setup: ["rate part 5".parse().expect("a knob")]
+            .into_iter()
+            .collect(),
+        ..list.clone()
+    };
+    for (base, ticks) in [(list, [21, 201, 41]), (by_hand, [11, 11, 11])] {
+        let axis = |rates: &str| {
+            SweepAxis::parse(KnobText(system.knobs().aliases()), "rate fast", rates)
+                .expect("an axis")
+        };
+        let sweep = Sweep {
+            axes: vec![axis("100,1000,200")],
+            ..Sweep::new(system.clone(), base.clone())
+        };
+        let swept = run(&sweep, threads(2));
+        let alone = swept.finished().map(|(cell, outcome)| {
+            let config = Config {
+                seed: cell.seed,
+                ..sweep.config(&cell)
+            };
+            let run = Experiment::new(system.clone(), &config).expect("a run");
+            let run = run.run().expect("no fault");
+            assert_eq!(bits(outcome), bits(&CellResult::new(&*system, &run)));
+            run.node("part").expect("a node").ticks
+        });
+        assert_eq!(alone.collect::<Vec<_>>(), ticks);
     }
 }

@@ -6,7 +6,7 @@
 //! A [`Table`] prints figures.
 //!
 //! Stands on `ratelab`, `ratelab-metrics`, `ratelab-system`, `ratelab-real-clock` and
-//! `ratelab-re-execution`; knows no robot, terminal or recording. Begin with [`Experiment`].
+//! `ratelab-re-execution`; knows no robot and no recorder. Begin with [`Experiment`].
 
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 
@@ -30,7 +30,7 @@ mod taps;
 pub use ages::{AgeShare, RunAge, RunAges};
 pub use config::Config;
 pub use experiment::{Experiment, own_world};
-pub use step_csv::{StepWriter, header};
+pub use step_csv::StepWriter;
 pub use summary::{MeanPushAge, Summary};
 pub use table::{Column, Table};
 pub use taps::Taps;

@@ -92,7 +92,12 @@ impl Experiment {
             let tied = hops.iter().filter(|hop| hop.is_tied(&lineage));
             let tied: Vec<&ChainHop> = tied.collect();
             let later = tied.first()?.from;
-            let turned = chain.nodes.iter().rev().enumerate().filter_map(|(place, node)| self.late(node, place));
+            let turned = chain
+                .nodes
+                .iter()
+                .rev()
+                .enumerate()
+                .filter_map(|(place, node)| self.late(node, place));
             let changed = self.short_run(TRIED, turned.collect());
             let older = age(chain, changed.as_ref())? - age(chain, (*unchanged).as_ref())?;
             let told = tied.iter().map(|hop| {
@@ -103,9 +108,9 @@ impl Experiment {
             let name = &topology.nodes[later].name;
             (older >= WORTH_MS).then(|| {
                 format!(
-                    "chain {}: {} at the very instant of delivery; where messages come a microsecond \
-                     later the data are up to {} ms older, as they may be on the real clock: try \
-                     --knob \"wakes {name} 0.2\"",
+                    "chain {}: {} at the very instant of delivery; where messages come a \
+                     microsecond later the data are up to {} ms older, as they may be on the \
+                     real clock: try --knob \"wakes {name} 0.2\"",
                     chain.name(),
                     told.join(" and "),
                     millis::text(older),

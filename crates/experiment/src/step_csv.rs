@@ -15,24 +15,24 @@ use ratelab_system::{StateTable, names::key};
 /// waits, loses some: minutes at 50 Hz.
 const BACKLOG: usize = 65_536;
 
-/// Returns the first columns of a table of `experiment`, by which its file is known; `None` if its
-/// system has no states.
-pub fn header(experiment: &Experiment) -> Option<String> {
-    let system = experiment.system();
-    let state = system.state()?;
-    if let Some(table) = system.robot().table() {
-        return Some(table.header.to_owned());
-    }
-    let taps = experiment.taps();
-    let topic = taps.topic(state)?;
-    let fields = topic.fields().iter().map(|field| key(field));
-    Some(line("time_s", fields))
-}
-
 /// Writes the control steps of an experiment on a separate thread.
 pub struct StepWriter(JoinHandle<io::Result<u64>>);
 
 impl StepWriter {
+    /// Returns the first columns of a table of `experiment`, by which its file is known; `None` if its
+    /// system has no states.
+    pub fn header(experiment: &Experiment) -> Option<String> {
+        let system = experiment.system();
+        let state = system.state()?;
+        if let Some(table) = system.robot().table() {
+            return Some(table.header.to_owned());
+        }
+        let taps = experiment.taps();
+        let topic = taps.topic(state)?;
+        let fields = topic.fields().iter().map(|field| key(field));
+        Some(line("time_s", fields))
+    }
+
     /// Writes to `file` from the first step of `experiment` to its last. If the file
     /// could not be opened, no rows are written and [`finish`](Self::finish) returns the
     /// error.
@@ -95,7 +95,7 @@ impl StepTable {
             .iter()
             .filter_map(|name| Some((topology.topic(name)?, 0)));
         Some(Self {
-            header: line(header(experiment)?, more),
+            header: line(StepWriter::header(experiment)?, more),
             state: topology.topic(system.state()?)?,
             table,
             dropped: dropped.collect(),

@@ -13,7 +13,7 @@ use crate::{
     core_share::{CoreShare, DeadlineRanks},
     mailbox::Post,
     priority::{RealtimePriority, spare_cores},
-    supervisor::{StretchEnd, Supervisor},
+    supervisor::{Report, StretchEnd, Supervisor},
     wall_thread::{Board, ThreadContext, WallThread},
 };
 
@@ -191,7 +191,7 @@ impl ThreadContext {
                     cause,
                 }),
             };
-            let _ = self.reporter.send(Some(refused));
+            let _ = self.reporter.send(Report::Ends(refused));
         }
     }
 }

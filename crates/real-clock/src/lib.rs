@@ -14,7 +14,7 @@
 //! | `priority.rs` | real-time priority, cores |
 //! | `core_share.rs` | cores that threads share, by priority or by deadline |
 //!
-//! Stands on `ratelab`, the core, as any clock does: [`Clock`](ratelab::Clock) is its one way in.
+//! Stands on `ratelab`, the core, as any clock does: it runs graphs through [`Clock`](ratelab::Clock).
 //! Begin with `clock.rs`.
 
 #![warn(clippy::print_stderr, clippy::print_stdout)]

@@ -10,9 +10,13 @@ use ratelab::{
 
 use crate::mailbox::Post;
 
-/// The report of a thread that ends before it is told to: that its last tick before the end of the
-/// run is over, or why the stretch ends.
-pub(crate) type Report = Option<StretchEnd>;
+/// What a thread reports that ends before it is told to.
+pub(crate) enum Report {
+    /// Its last tick before the end of the run is over.
+    Done,
+    /// The stretch ends.
+    Ends(StretchEnd),
+}
 
 /// The reason for the end of a stretch.
 pub(crate) struct StretchEnd {
@@ -97,8 +101,8 @@ impl Supervisor<'_> {
                         None => {}
                     }
                 }
-                Received::Other(None) => self.working -= 1,
-                Received::Other(Some(end)) => return end,
+                Received::Other(Report::Done) => self.working -= 1,
+                Received::Other(Report::Ends(end)) => return end,
                 Received::Timeout => {}
             }
         }
@@ -140,7 +144,10 @@ impl Supervisor<'_> {
     /// Combines the reason for the stop with the nodes' reports: a failure has priority,
     /// then an end.
     pub(crate) fn settle(&self, mut end: StretchEnd) -> StretchEnd {
-        for report in self.reports.try_iter().flatten() {
+        for report in self.reports.try_iter() {
+            let Report::Ends(report) = report else {
+                continue;
+            };
             if end.fault.is_some() {
                 break;
             }

@@ -107,7 +107,7 @@ impl WallThread<'_> {
             waited = !matches!(step, ThreadStep::Work { .. });
             match step {
                 ThreadStep::Stop => return None,
-                ThreadStep::Finished => return Some(None),
+                ThreadStep::Finished => return Some(Report::Done),
                 ThreadStep::Wait(until) => mailbox.wait_past_until(seen, wall, until),
                 ThreadStep::Spin(until) => {
                     mailbox.spin_past_until(seen, wall, until, || false);
@@ -119,7 +119,7 @@ impl WallThread<'_> {
                 }
                 ThreadStep::Work { node, at, late } => {
                     if let Some(end) = self.step(wall, node, at, late) {
-                        return Some(Some(end));
+                        return Some(Report::Ends(end));
                     }
                     goal = self.core_time(wall.now());
                 }

@@ -409,8 +409,10 @@ impl<'a> Builder<'a> {
         if !self.is_open && matches!(knob.kind(), KnobKind::Rate | KnobKind::Depth) {
             return Ok(());
         }
-        let before = self.graph.set(knob);
-        before.map_or_else(|why| Err(refused(knob, why)), |_| Ok(()))
+        self.graph
+            .set(knob)
+            .map(drop)
+            .map_err(|why| refused(knob, why))
     }
 }
 

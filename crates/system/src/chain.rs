@@ -120,8 +120,9 @@ const FIGURES: [Figure; 3] = [
     ("within", "", |figures| figures.share),
 ];
 
-/// Returns a name for programs: `see_to_act` of `see-to-act`.
-pub(crate) fn key(name: &str) -> String {
+/// Returns the name of a figure or a verdict: `see_to_act` of `see-to-act`. Each character that is
+/// not alphanumeric becomes `_`, so that two chains keep two names.
+pub(crate) fn figure_name(name: &str) -> String {
     let plain = |c: char| if c.is_alphanumeric() { c } else { '_' };
     name.chars().map(plain).collect()
 }
@@ -139,7 +140,7 @@ impl DataChain {
         path: impl Iterator<Item = &'n str>,
         limit: Option<Limit>,
     ) -> Self {
-        let key = key(name);
+        let key = figure_name(name);
         let (mut topics, nodes): (Vec<&str>, Vec<&str>) = path.partition(|of| of.starts_with('/'));
         topics.truncate(nodes.len().saturating_sub(1));
         let older = limit.map_or_else(String::new, |limit| {
@@ -218,7 +219,7 @@ impl DataChain {
 
     /// Returns its figures up to run time `at`, from the newest message on [`CHAINS`].
     pub(crate) fn finals(&self, at: Time, row: &[f64]) -> impl Iterator<Item = Final> {
-        let (figures, key) = (self.figures(at, row), key(&self.name));
+        let (figures, key) = (self.figures(at, row), figure_name(&self.name));
         FIGURES.into_iter().map(move |(name, unit, value)| Final {
             name: format!("{key}_{name}").into(),
             unit: unit.into(),

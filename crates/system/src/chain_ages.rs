@@ -187,25 +187,12 @@ impl ChainFigures {
     }
 }
 
-/// Returns the age of chain number `CHAIN` in a message on [`CHAINS`](super::CHAINS), just before
-/// its output (ms): the peaks of the age.
-fn peak<const CHAIN: usize>(row: &[f64]) -> f64 {
-    let at = |field: usize| row.get(1 + OF_CHAIN.len() * CHAIN + field).copied();
+/// Returns the age of chain number `chain` in a message on [`CHAINS`](super::CHAINS), just before its
+/// output (ms): the peaks of the age.
+pub(crate) fn peak(row: &[f64], chain: usize) -> f64 {
+    let at = |field: usize| row.get(1 + OF_CHAIN.len() * chain + field).copied();
     at(0)
         .filter(|age| !age.is_nan())
         .or(at(1))
         .unwrap_or(f64::NAN)
 }
-
-/// The peaks of each possible chain.
-#[rustfmt::skip]
-pub(crate) const PEAKS: [fn(&[f64]) -> f64; MAX_CHAINS] = [
-    peak::<0>, peak::<1>, peak::<2>, peak::<3>, peak::<4>, peak::<5>, peak::<6>, peak::<7>,
-    peak::<8>, peak::<9>, peak::<10>, peak::<11>, peak::<12>, peak::<13>, peak::<14>, peak::<15>,
-    peak::<16>, peak::<17>, peak::<18>, peak::<19>, peak::<20>, peak::<21>, peak::<22>, peak::<23>,
-    peak::<24>, peak::<25>, peak::<26>, peak::<27>, peak::<28>, peak::<29>, peak::<30>, peak::<31>,
-    peak::<32>, peak::<33>, peak::<34>, peak::<35>, peak::<36>, peak::<37>, peak::<38>, peak::<39>,
-    peak::<40>, peak::<41>, peak::<42>, peak::<43>, peak::<44>, peak::<45>, peak::<46>, peak::<47>,
-    peak::<48>, peak::<49>, peak::<50>, peak::<51>, peak::<52>, peak::<53>, peak::<54>, peak::<55>,
-    peak::<56>, peak::<57>, peak::<58>, peak::<59>, peak::<60>, peak::<61>, peak::<62>, peak::<63>,
-];

@@ -84,8 +84,8 @@ pub use builder::{
     AnswersOfNodes, BuildInputs, Builder, BuiltGraph, RecordedAnswers, RecordedTopics, WORLD,
 };
 pub use chain::{BagAges, CHAINS, DataChain, Silence, Unmatched};
-pub(crate) use chain::{Limit, key};
-pub(crate) use chain_ages::{ChainAges, Numbers, PEAKS, chain_fields};
+pub(crate) use chain::{Limit, figure_name};
+pub(crate) use chain_ages::{ChainAges, Numbers, chain_fields, peak};
 pub use chain_ages::{MAX_CHAINS, is_run_time};
 pub use chain_tracker::{ChainTracker, TopicChains};
 pub use divider::Divider;

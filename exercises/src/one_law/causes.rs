@@ -97,7 +97,7 @@ impl AgeCause {
 
     fn run(self, seed: u64, run: u64) -> Result<CellResult, Failure> {
         let experiment = Experiment::new(cart_pole(), &self.config(seed, run)?)?;
-        Ok(CellResult::from(&experiment.run()?))
+        Ok(CellResult::new(&*cart_pole(), &experiment.run()?))
     }
 
     /// Returns all its runs by age, drawn from the learner's number `seed`.

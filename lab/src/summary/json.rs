@@ -103,7 +103,7 @@ fn keys(
             .map(|(chain, of)| ((*chain).to_owned(), milliseconds(digits, of)));
         keys.insert("latencies".to_owned(), latencies.collect());
     }
-    keys.extend(result(digits, &CellResult::from(summary)));
+    keys.extend(result(digits, &CellResult::new(system, summary)));
     keys
 }
 

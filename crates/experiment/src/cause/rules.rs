@@ -247,9 +247,11 @@ impl Facts<'_> {
             }
             AgeOwner::Spoiler { .. } => {
                 let Spoiler { name, sound, .. } = self.spoiler(owner)?;
-                format!("set {} {name} {sound}", self.name(owner))
-                    .parse()
-                    .ok()
+                Some(Knob::Parameter {
+                    node: self.name(owner).to_owned(),
+                    name: (*name).to_owned(),
+                    value: (*sound).to_owned(),
+                })
             }
             // Without a knob ticks take the time that they need.
             AgeOwner::Stage(AgeStage::Cost(_)) => remedy.filter(|cure| {

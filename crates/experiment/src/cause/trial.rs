@@ -53,10 +53,11 @@ impl Trial {
     /// not lost, so that nothing is proven.
     pub fn run(&self, cures: &[Knob]) -> Option<Tried> {
         let all: Vec<usize> = (0..cures.len()).collect();
-        let (before, first) = (self.with(cures, &[])?, self.with(cures, &all[..1])?);
-        if !before.verdict.is_lost() {
+        if cures.is_empty() {
             return None;
         }
+        let before = self.with(cures, &[]).filter(|run| run.verdict.is_lost())?;
+        let first = self.with(cures, &all[..1])?;
         let stands = |some: &[usize]| {
             let run = self.with(cures, some);
             run.is_some_and(|run| !run.verdict.is_lost())
@@ -84,10 +85,12 @@ impl Trial {
 
     /// Returns the run with the `cures` at the indices in `some`.
     fn with(&self, cures: &[Knob], some: &[usize]) -> Option<Summary> {
-        let mut config = self.config.clone();
+        let (mut config, about) = (self.config.clone(), self.system.about());
+        let cures = || some.iter().map(|index| &cures[*index]);
         config
             .setup
-            .extend(some.iter().map(|index| cures[*index].clone()));
+            .extend(cures().flat_map(|cure| about.followers(cure)));
+        config.setup.extend(cures().cloned());
         let experiment = Experiment::new(self.system.clone(), &config).ok()?;
         experiment.run().ok()
     }

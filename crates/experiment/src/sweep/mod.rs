@@ -30,7 +30,7 @@ mod result;
 
 use std::{num::NonZeroUsize, ops::ControlFlow, sync::Arc};
 
-use ratelab::{ClockKind, Fault, Interrupt, KnobKind, Speed, Time};
+use ratelab::{ClockKind, Fault, Interrupt, Knob, KnobKind, Speed, Time};
 use thiserror::Error;
 
 pub use axis::{Axis, AxisError, Decimal, Quantity};
@@ -195,6 +195,7 @@ impl Sweep {
     /// Files named by messages are read once, before the first run.
     fn resolved(&self) -> Result<Self, BuildError> {
         let mut resolved = self.clone();
+        resolved.add_followers();
         let Some(first) = self.cell(0) else {
             return Ok(resolved);
         };
@@ -214,6 +215,28 @@ impl Sweep {
             Arc::make_mut(value).knobs = knobs.cloned().collect();
         }
         Ok(resolved)
+    }
+
+    /// Adds to each value what follows from it for other nodes, unless that is set by itself.
+    fn add_followers(&mut self) {
+        let about = self.system.about();
+        let axes = self.axes.iter().flat_map(|axis| &axis.values);
+        let own: Vec<Knob> = axes
+            .flat_map(|value| &value.knobs)
+            .chain(self.base.setup.iter())
+            .cloned()
+            .collect();
+        for value in self.axes.iter_mut().flat_map(|axis| &mut axis.values) {
+            let followers: Vec<Knob> = value
+                .knobs
+                .iter()
+                .flat_map(|knob| about.followers(knob))
+                .filter(|follower| !own.iter().any(|knob| knob.is_of(follower)))
+                .collect();
+            if !followers.is_empty() {
+                Arc::make_mut(value).knobs.extend(followers);
+            }
+        }
     }
 
     /// Runs all cells on `threads` threads; the results are independent of their number.
@@ -241,31 +264,35 @@ impl Sweep {
         mut finished: impl FnMut(&Cell, &CellResult) -> ControlFlow<()>,
     ) -> Result<Swept, SweepError> {
         let (cells, sweep) = (self.cells()?, self.resolved()?);
-        let (mut outcomes, mut failed) = (vec![None; cells], None);
+        let (mut outcomes, mut is_over) = (vec![None; cells], false);
+        let mut failed: Option<(usize, SweepError)> = None;
         let run = |index| {
             let cell = sweep.cell(index).filter(|_| !interrupt.is_asked())?;
             let outcome = sweep.execute(&cell, interrupt).transpose()?;
             Some((cell, outcome))
         };
         in_parallel(threads, cells, run, |index, (cell, outcome)| {
-            let mut go_on = !interrupt.is_asked();
+            is_over |= interrupt.is_asked();
             match outcome {
                 Ok(outcome) => {
-                    go_on = go_on && finished(&cell, &outcome).is_continue();
+                    is_over = is_over || finished(&cell, &outcome).is_break();
                     outcomes[index] = Some(outcome);
                 }
+                // The error of the first cell, whichever thread was quicker.
                 Err(error) => {
-                    failed.get_or_insert(error);
-                    go_on = false;
+                    if failed.as_ref().is_none_or(|(first, _)| index < *first) {
+                        failed = Some((index, error));
+                    }
+                    is_over = true;
                 }
             }
-            if go_on {
-                return ControlFlow::Continue(());
+            if is_over {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
             }
-            interrupt.ask();
-            ControlFlow::Break(())
         });
-        failed.map_or(Ok(Swept { sweep, outcomes }), Err)
+        failed.map_or(Ok(Swept { sweep, outcomes }), |(_, error)| Err(error))
     }
 
     /// Runs one cell; `None` if `interrupt` stopped it.

@@ -37,21 +37,6 @@ impl CellResult {
     /// Creates the result of a run of `system`.
     pub fn new(system: &dyn System, summary: &Summary) -> Self {
         let without_data = summary.without_data(system).into_iter().next();
-        Self {
-            without_data: without_data.map(String::into_boxed_str),
-            ..Self::from(summary)
-        }
-    }
-
-    /// Returns whether the run is lost. A chain without data is not kept, whether it has a limit or
-    /// not.
-    pub fn is_lost(&self) -> bool {
-        self.verdict.is_lost() || self.without_data.is_some()
-    }
-}
-
-impl From<&Summary> for CellResult {
-    fn from(summary: &Summary) -> Self {
         let read = summary.topics.iter().filter(|topic| topic.is_read());
         Self {
             verdict: summary.verdict.clone(),
@@ -64,8 +49,14 @@ impl From<&Summary> for CellResult {
             figures: summary.figures.clone().into(),
             dropped: read.map(|topic| topic.dropped()).collect(),
             state: summary.state.clone().into(),
-            without_data: None,
+            without_data: without_data.map(String::into_boxed_str),
         }
+    }
+
+    /// Returns whether the run is lost. A chain without data is not kept, whether it has a limit or
+    /// not.
+    pub fn is_lost(&self) -> bool {
+        self.verdict.is_lost() || self.without_data.is_some()
     }
 }
 

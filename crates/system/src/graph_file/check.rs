@@ -13,7 +13,7 @@ use super::{
     names::{name, node_of, once, topic_name},
     plant::{PLANT, PlantSpec},
 };
-use crate::{BagAges, Bound, DataChain, Divider, FigureLimit, Limit, MAX_CHAINS, key};
+use crate::{BagAges, Bound, DataChain, Divider, FigureLimit, Limit, MAX_CHAINS, figure_name};
 
 /// Checks the sections of `text`.
 pub(super) fn check(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
@@ -361,7 +361,7 @@ fn chain(block: &Block, file: &GraphFile) -> Checked<ChainSpec> {
     name(&block.name)?;
     let Placed { text: name, at } = &block.name;
     let mut names = file.chains.iter().map(|spec| spec.chain.name());
-    if let Some(like) = names.find(|known| key(known) == key(name)) {
+    if let Some(like) = names.find(|known| figure_name(known) == figure_name(name)) {
         let what = format!("{name:?} is too much like {like:?}: choose another name");
         return refuse(*at, what);
     }

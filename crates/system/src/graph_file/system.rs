@@ -10,8 +10,8 @@ use super::{
     insertion::{Middle, insert},
 };
 use crate::{
-    About, BuildError, Builder, CHAINS, DataChain, Final, Group, Judge, PEAKS, RobotInfo, Setup,
-    Signal, SignalValue, System, SystemKnobs, Verdict, VerdictKind, WorldKind,
+    About, BuildError, Builder, CHAINS, DataChain, Final, Group, Judge, RobotInfo, Setup, Signal,
+    SignalValue, System, SystemKnobs, Verdict, VerdictKind, WorldKind, peak,
 };
 
 /// The system of a graph file, with another system in its middle if the file names one.
@@ -36,7 +36,7 @@ struct KeptVerdicts {
 }
 
 impl KeptVerdicts {
-    /// Creates names the limits of `chains`; `None` without limits.
+    /// Creates the verdicts that name the limits of `chains`; `None` without limits.
     fn new(chains: &[DataChain]) -> Option<Self> {
         let limits: Vec<String> = chains.iter().filter_map(DataChain::within).collect();
         let limits = match &limits[..] {
@@ -130,14 +130,14 @@ impl GraphSystem {
 /// Returns the plots: first of the system in the middle, then the data age of each chain.
 fn signals(file: &GraphFile, inner: Option<&dyn System>) -> Vec<Signal> {
     let inner = inner.map_or_else(Vec::new, System::signals);
-    let ages = file.chains.iter().zip(PEAKS).map(|(spec, value)| {
+    let ages = file.chains.iter().enumerate().map(|(chain, spec)| {
         let limit = spec.chain.limit.map(|limit| limit.ms());
         let highest = limit.map_or_else(|| usual_age(file, spec), |limit| 1.5 * limit);
         Signal {
             name: format!("{} age", spec.chain.name).into(),
             unit: "ms".into(),
             topic: CHAINS.into(),
-            value: SignalValue::new(value),
+            value: SignalValue::new(move |row| peak(row, chain)),
             limits: limit.map(|limit| [0.0, limit]),
             range: [0.0, highest],
         }

@@ -92,8 +92,9 @@ fn two_knobs_are_on_one_map_and_each_cell_is_the_run_of_both() {
         let (knobs, seed) = map.chosen();
         alone.setup.extend(knobs);
         assert_eq!(seed, 3);
-        let alone = Experiment::new(setup().system, &alone).expect("a run");
-        let alone = CellResult::from(&alone.run().expect("no fault"));
+        let system = setup().system;
+        let alone = Experiment::new(system.clone(), &alone).expect("a run");
+        let alone = CellResult::new(&*system, &alone.run().expect("no fault"));
         assert_eq!(map.outcome(column, row), Some(&alone));
     }
     assert!(!map.is_of(&focus(), MapAxes::default(), &config));
