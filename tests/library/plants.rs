@@ -630,15 +630,18 @@ fn a_network_adds_its_outputs_times_a_factor_to_the_controls_as_given() {
     let folder = folder(&model);
     fs::write(folder.path().join("net.safetensors"), weights(2, 0.5)).expect("weights");
     let keys = "limits = { \"*\" = inf }\npolicy = \"net.safetensors\"\nobserve = [\"joints\", \"3\"]\naction = 0.25";
-    let (readings, _) = published(&folder, keys, "/obs");
-    let (controls, _) = published(&folder, keys, "/action");
-    assert_eq!(controls.len(), 51);
-    for (reading, control) in readings.iter().zip(&controls) {
-        let expected = 0.25 + 0.25 * 0.5 * (reading[0] + 3.0);
-        assert!(
-            (control[0] - expected).abs() < 1e-4,
-            "{control:?} {expected}"
-        );
+    for keys in [
+        keys.to_owned(),
+        keys.replace("safetensors", "safetensors#relu"),
+    ] {
+        let (readings, _) = published(&folder, &keys, "/obs");
+        let (controls, _) = published(&folder, &keys, "/action");
+        assert_eq!(controls.len(), 51);
+        for (reading, control) in readings.iter().zip(&controls) {
+            let expected = 0.25 + 0.25 * 0.5 * (reading[0] + 3.0);
+            let apart = (control[0] - expected).abs();
+            assert!(apart < 1e-4, "{control:?} {expected}");
+        }
     }
     for (keys, expected) in [
         (

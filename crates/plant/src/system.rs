@@ -68,12 +68,14 @@ impl RobotPlant {
         let model = RobotModel::load(folder, &spec.mjcf, spec.step_ns)?;
         let mut spec = spec.clone();
         if !PLANT_POLICIES.contains(&&*spec.policy) {
-            let path: PathBuf = folder.join(&spec.policy).components().collect();
+            let file = PolicyFile::parse(&spec.policy);
+            let path: PathBuf = folder.join(&file.path).components().collect();
             if !fs::metadata(&path).is_ok_and(|file| file.is_file()) {
-                let what = format!("no such file: {}", spec.policy);
+                let what = format!("no such file: {}", file.path);
                 return Err(PlantDefect::new("policy", what));
             }
-            spec.policy = path.to_string_lossy().into_owned();
+            let path = path.to_string_lossy().into_owned();
+            spec.policy = PolicyFile { path, ..file }.to_string();
         }
         Ok(Self::new(Robot::new(model, &spec)?))
     }

@@ -208,7 +208,7 @@ fn a_recording_plays_in_the_terminal_where_no_viewer_is() {
 #[test]
 fn summaries_and_errors_are_broken_between_words() {
     let period = "\n          (control period 200.0 ms)\n";
-    let knobs = "\nqueue-depth, policy, think-ms, on-stale, chunk,";
+    let knobs = "\nqueue-depth, policy, think-ms, on-stale, observe,";
     for (line, text) in [
         ("run --clock virtual --break", period),
         ("run --knob d:3", knobs),
