@@ -14,6 +14,7 @@ use crate::{
     model::{JointKind, RobotModel},
     model_error::RobotModelError,
     motion::{JointMotion, motions},
+    reach::SiteReach,
     reference::{Reference, found},
 };
 
@@ -36,6 +37,8 @@ pub struct Robot {
     pub(crate) spec: PlantSpec,
     /// What moves of the reference.
     pub(crate) motions: Vec<JointMotion>,
+    /// The sites that move, if any.
+    pub(crate) reach: Option<SiteReach>,
     /// One step of physics near the reference.
     pub(crate) linear: LinearRobot,
     /// What a recording keeps.
@@ -78,6 +81,10 @@ impl Robot {
             return Err(PlantDefect::unknown("limits", "joint", name, &groups));
         }
         let limits = model.coordinates.iter().map(|group| spec.limit(group));
+        let moving = motions(&model, &spec.reference)?;
+        let reach = (!moving.sites.is_empty())
+            .then(|| SiteReach::new(&model, &at, moving.sites))
+            .transpose()?;
         Ok(Self {
             limits: limits.collect(),
             half: model.half_ranges(),
@@ -92,7 +99,8 @@ impl Robot {
                 geoms: model.geoms.to_vec(),
             },
             spec: spec.clone(),
-            motions: motions(&model, &spec.reference)?,
+            motions: moving.joints,
+            reach,
             model,
             at,
         })
