@@ -155,13 +155,16 @@ fn limits_count_from_the_reference_wherever_it_is() {
 #[test]
 fn no_other_motion_is_taken() {
     let folder = folder(&fixture("reacher"));
-    let forms = "expected \"JOINT step AMOUNT S\"";
+    let forms = "expected \"NAME step AMOUNT S\"";
     check_refused(
         [
             (
                 "x sine 1 1",
-                "no hinge or slide \"x\": there are shoulder, elbow",
+                "no hinge, slide or site \"x\": there are shoulder, elbow, tip.x, tip.y, tip.z",
             ),
+            ("tip.q sine 1 1", "no hinge, slide or site \"tip.q\""),
+            ("ti\0p.x sine 1 1", "no hinge, slide or site"),
+            ("tip.x sine", forms),
             ("", forms),
             ("shoulder", forms),
             ("shoulder sine 1", forms),
@@ -174,7 +177,7 @@ fn no_other_motion_is_taken() {
             ("shoulder way 0:1e300", forms),
         ]
         .map(|(motion, expected)| {
-            let keys = format!("reference = [{motion:?}]");
+            let keys = format!("reference = [{:?}]", motion).replace("\\0", "\\u0000");
             ill_refused(folder.path(), &keys, motion, expected)
         })
         .into_iter(),
@@ -188,6 +191,49 @@ fn no_other_motion_is_taken() {
             "expected a list of motions",
         )]
         .into_iter(),
+    );
+}
+
+#[test]
+fn a_site_goes_where_it_is_to_be_and_stays_near_where_it_cannot_reach() {
+    // The tip is at (0.5, 0.5), and the arm is 1 m long.
+    let place = |summary: &Summary| {
+        let [shoulder, both] = [summary.state[2], summary.state[2] + summary.state[3]];
+        let along = |turn: fn(f64) -> f64| 0.5 * (turn(shoulder) + turn(both));
+        [along(f64::cos), along(f64::sin)]
+    };
+    for (x, y, goal) in [
+        (0.1, -0.2, [0.6, 0.3]),
+        (0.0, 0.3, [0.5, 0.8]),
+        (5.0, 0.0, [1.0, 0.0]),
+    ] {
+        let keys = format!(
+            "reference = [\"tip.x way 0:0 3:{x}\", \"tip.y way 0:0 3:{y}\"]\nstart = 0\nlimits = {{ \"*\" = 9 }}"
+        );
+        let summary = run(&robot("reacher", &keys), "");
+        let found = place(&summary);
+        if x > 1.0 {
+            assert!(found[0] > 0.9, "{found:?}");
+        } else {
+            let off = (found[0] - goal[0]).hypot(found[1] - goal[1]);
+            assert!(off < 0.01, "{found:?}, not {goal:?}");
+        }
+    }
+}
+
+#[test]
+fn the_error_of_a_site_is_its_speed_times_the_age_of_its_target() {
+    let reacher = robot(
+        "reacher",
+        "reference = [\"tip.x sine 0.1 0.25\"]\nstart = 0",
+    );
+    assert_eq!(reacher.signals()[0].name, "tip.x error");
+    assert!(error(&run(&reacher, "")) < 0.005);
+    let expected = 0.1 * std::f64::consts::TAU * 0.25 / 2_f64.sqrt() * 0.2;
+    let found = error(&run(&reacher, "; link /target delay:200"));
+    assert!(
+        (found / expected - 1.0).abs() < 0.15,
+        "{found}, not {expected}"
     );
 }
 

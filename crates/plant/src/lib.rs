@@ -29,6 +29,7 @@ mod model_error;
 mod motion;
 mod nodes;
 mod picture;
+mod reach;
 mod reference;
 mod robot;
 mod rounding;

@@ -2,6 +2,7 @@
 
 use std::{f64::consts::TAU, str::FromStr};
 
+use mujoco_rs::prelude::MjtObjBase;
 use ratelab::Time;
 
 use crate::{PlantDefect, model::RobotModel};
@@ -11,14 +12,17 @@ pub(crate) const REFERENCE: &str = "reference";
 
 /// What a joint may be asked to do, for errors.
 const FORMS: &str =
-    "\"JOINT step AMOUNT S\", \"JOINT sine AMOUNT HZ\" or \"JOINT way S:AMOUNT S:AMOUNT\"";
+    "\"NAME step AMOUNT S\", \"NAME sine AMOUNT HZ\" or \"NAME way S:AMOUNT S:AMOUNT\"";
+
+/// The names of the world's axes.
+const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// The greatest amount, time and frequency.
 const MOST: f64 = 1e6;
 
-/// How a coordinate moves beside the pose.
+/// How something moves beside the pose.
 #[derive(Clone, Debug, PartialEq)]
-enum Path {
+pub(crate) enum MotionPath {
     /// By an amount from a run time on (s).
     Step { amount: f64, at_s: f64 },
     /// To and fro by an amount, so many times a second.
@@ -32,10 +36,28 @@ enum Path {
 pub(crate) struct JointMotion {
     /// The coordinate, by its index.
     pub(crate) index: usize,
-    path: Path,
+    path: MotionPath,
 }
 
-impl FromStr for Path {
+/// A site that moves along an axis of the world.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct SiteMotion {
+    /// Its name with the axis, such as `tip.x`.
+    pub(crate) name: String,
+    pub(crate) site: usize,
+    pub(crate) body: usize,
+    pub(crate) axis: usize,
+    pub(crate) path: MotionPath,
+}
+
+/// What moves of a reference.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Motions {
+    pub(crate) joints: Vec<JointMotion>,
+    pub(crate) sites: Vec<SiteMotion>,
+}
+
+impl FromStr for MotionPath {
     type Err = ();
 
     fn from_str(text: &str) -> Result<Self, ()> {
@@ -70,9 +92,10 @@ impl FromStr for Path {
     }
 }
 
-impl Path {
-    /// Amount and speed at a run time (s).
-    fn at(&self, seconds: f64) -> [f64; 2] {
+impl MotionPath {
+    /// Amount and speed at run time `now`.
+    pub(crate) fn at(&self, now: Time) -> [f64; 2] {
+        let seconds = now.as_secs_f64();
         match self {
             Self::Step { amount, at_s } if seconds >= *at_s => [*amount, 0.0],
             Self::Step { .. } => [0.0, 0.0],
@@ -101,45 +124,77 @@ impl Path {
 impl JointMotion {
     /// How far the coordinate is to be from the pose at run time `now`, and its speed.
     pub(crate) fn at(&self, now: Time) -> [f64; 2] {
-        self.path.at(now.as_secs_f64())
+        self.path.at(now)
     }
 }
 
 /// Reads the motions of a robot, each a text of the key `reference`.
 ///
 /// # Errors
-/// [`PlantDefect`] for another form, and for a joint that has not one coordinate.
-pub(crate) fn motions(
-    model: &RobotModel,
-    texts: &[String],
-) -> Result<Vec<JointMotion>, PlantDefect> {
-    texts.iter().map(|text| motion(model, text)).collect()
+/// [`PlantDefect`] for another form, and for a name that is neither a joint with one coordinate nor a site
+/// with an axis.
+pub(crate) fn motions(model: &RobotModel, texts: &[String]) -> Result<Motions, PlantDefect> {
+    let mut motions = Motions::default();
+    for text in texts {
+        let refused = || {
+            let what = format!("{REFERENCE}: {text:?}: expected {FORMS}");
+            PlantDefect::new(REFERENCE, what)
+        };
+        let split = text.trim().split_once(char::is_whitespace);
+        let (name, path) = split.ok_or_else(refused)?;
+        let parsed = || path.parse().map_err(|()| refused());
+        if let Some(index) = coordinate(model, name) {
+            motions.joints.push(JointMotion {
+                index,
+                path: parsed()?,
+            });
+        } else if let Some([site, axis]) = site(model, name) {
+            motions.sites.push(SiteMotion {
+                name: name.to_owned(),
+                site,
+                body: model.mujoco.site_bodyid()[site] as usize,
+                axis,
+                path: parsed()?,
+            });
+        } else {
+            let known = known(model);
+            let known: Vec<&str> = known.iter().map(String::as_str).collect();
+            let kind = "hinge, slide or site";
+            return Err(PlantDefect::unknown(REFERENCE, kind, name, &known));
+        }
+    }
+    Ok(motions)
 }
 
-fn motion(model: &RobotModel, text: &str) -> Result<JointMotion, PlantDefect> {
-    let refused = || {
-        let what = format!("{REFERENCE}: {text:?}: expected {FORMS}");
-        PlantDefect::new(REFERENCE, what)
-    };
-    let (name, path) = text
-        .trim()
-        .split_once(char::is_whitespace)
-        .ok_or_else(refused)?;
+/// The coordinate of a hinge or a slide.
+fn coordinate(model: &RobotModel, name: &str) -> Option<usize> {
+    let mut joints = model.joints.iter();
+    joints.find(|joint| joint.name == name && joint.numbers() == [1, 1])?;
+    model.coordinates.iter().position(|group| group == name)
+}
+
+/// The site and the axis in a name such as `tip.x`.
+fn site(model: &RobotModel, name: &str) -> Option<[usize; 2]> {
+    let (site, axis) = name.rsplit_once('.')?;
+    let axis = AXES.iter().position(|known| *known == axis)?;
+    let mut sites = 0..model.mujoco.ffi().nsite as usize;
+    let found = sites.find(|index| site_name(model, *index) == Some(site));
+    Some([found?, axis])
+}
+
+fn site_name(model: &RobotModel, site: usize) -> Option<&str> {
+    model.mujoco.id_to_name(MjtObjBase::mjOBJ_SITE, site)
+}
+
+/// The names of what may move.
+fn known(model: &RobotModel) -> Vec<String> {
     let joints = model.joints.iter();
-    let single = joints.filter(|joint| joint.numbers() == [1, 1]);
-    let names: Vec<&str> = single.map(|joint| &*joint.name).collect();
-    if !names.contains(&name) {
-        return Err(PlantDefect::unknown(
-            REFERENCE,
-            "hinge or slide",
-            name,
-            &names,
-        ));
-    }
-    let mut coordinates = model.coordinates.iter();
-    let index = coordinates.position(|group| group == name);
-    Ok(JointMotion {
-        index: index.ok_or_else(refused)?,
-        path: path.parse().map_err(|()| refused())?,
-    })
+    let joints = joints.filter(|joint| joint.numbers() == [1, 1]);
+    let sites = 0..model.mujoco.ffi().nsite as usize;
+    let sites = sites.filter_map(|site| site_name(model, site));
+    let sites = sites.flat_map(|site| AXES.map(|axis| format!("{site}.{axis}")));
+    joints
+        .map(|joint| joint.name.clone())
+        .chain(sites)
+        .collect()
 }

@@ -15,6 +15,7 @@ use crate::{
     model::{JointKind, RobotModel},
     model_error::RobotModelError,
     motion::{JointMotion, motions},
+    reach::SiteReach,
     reference::{Reference, found},
     terms::ObservedTerms,
 };
@@ -44,6 +45,8 @@ pub struct Robot {
     pub(crate) spec: PlantSpec,
     /// What moves of the reference.
     pub(crate) motions: Vec<JointMotion>,
+    /// The sites that move, if any.
+    pub(crate) reach: Option<SiteReach>,
     /// One step of physics near the reference.
     pub(crate) linear: LinearRobot,
     /// What a recording keeps.
@@ -92,6 +95,10 @@ impl Robot {
             return Err(PlantDefect::unknown("limits", "joint", name, &groups));
         }
         let limits = model.coordinates.iter().map(|group| spec.limit(group));
+        let moving = motions(&model, &spec.reference)?;
+        let reach = (!moving.sites.is_empty())
+            .then(|| SiteReach::new(&model, &at, moving.sites))
+            .transpose()?;
         Ok(Self {
             terms: ObservedTerms::parse(&spec.observe, &model)?,
             rules: LossRule::parse(&spec.lost, &model)?,
@@ -109,7 +116,8 @@ impl Robot {
                 geoms: model.geoms.to_vec(),
             },
             spec: spec.clone(),
-            motions: motions(&model, &spec.reference)?,
+            motions: moving.joints,
+            reach,
             model,
             at,
         })

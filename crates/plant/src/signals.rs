@@ -2,7 +2,16 @@
 
 use ratelab_system::{Signal, SignalValue};
 
-use crate::{model::JointKind, nodes::STATE, robot::Robot};
+use crate::{
+    model::JointKind,
+    nodes::STATE,
+    reach::SiteReach,
+    robot::{Robot, SharedRobot},
+    target::site_errors,
+};
+
+/// The distance of a site up to which a plot reaches at the least (m).
+const WIDEST: f64 = 0.1;
 
 impl Robot {
     /// The plots: distances from a reference that moves, joints with one coordinate, then the controls.
@@ -158,4 +167,30 @@ impl Robot {
         names.extend((1..=activations).map(|number| format!("activation {number}")));
         names
     }
+}
+
+/// The plots of the distances of sites from where they are to be.
+pub(crate) fn site_signals(robot: &SharedRobot) -> Vec<Signal> {
+    let names = robot.reach.iter().flat_map(SiteReach::names);
+    let signals = names.enumerate().map(|(number, name)| {
+        let owner = robot.clone();
+        let error = move |row: &[f64]| {
+            let errors = owner
+                .reach
+                .as_ref()
+                .and_then(|reach| site_errors(reach, &owner, row));
+            errors
+                .and_then(|errors| errors.get(number).copied())
+                .unwrap_or(f64::NAN)
+        };
+        Signal {
+            name: format!("{name} error").into(),
+            unit: "m".into(),
+            topic: STATE.into(),
+            value: SignalValue::new(error),
+            limits: None,
+            range: [-WIDEST, WIDEST],
+        }
+    });
+    signals.collect()
 }

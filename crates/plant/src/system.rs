@@ -31,6 +31,7 @@ use crate::{
     },
     picture::RobotPainter,
     robot::{LossCause, Robot, SharedRobot},
+    signals::site_signals,
     tally::RobotTally,
     target::{RobotTarget, TARGET, TARGET_NODE, TargetReader},
     theory::BearableDelay,
@@ -431,7 +432,9 @@ impl System for RobotPlant {
     }
 
     fn signals(&self) -> Vec<Signal> {
-        self.robot.signals()
+        let mut signals = site_signals(&self.robot);
+        signals.extend(self.robot.signals());
+        signals
     }
 
     fn warnings(&self, setup: &Setup) -> Vec<String> {

@@ -3,6 +3,7 @@
 use ratelab::{Flow, Node, Publisher, Subscription, Tick, TickResult, Time};
 
 use crate::{
+    reach::SiteReach,
     robot::{Robot, SharedRobot},
     world::RobotRow,
 };
@@ -51,7 +52,7 @@ impl TargetReader {
 impl Robot {
     /// Whether the reference moves.
     pub(crate) fn is_moving(&self) -> bool {
-        !self.motions.is_empty()
+        !self.motions.is_empty() || self.reach.is_some()
     }
 
     /// How far each coordinate is to be from the pose at run time `now`, then the speed of each.
@@ -62,6 +63,9 @@ impl Robot {
             let [amount, speed] = motion.at(now);
             target[motion.index] += amount;
             target[coordinates + motion.index] += speed;
+        }
+        if let Some(reach) = &self.reach {
+            reach.add(&self.model, &mut target, now);
         }
         target
     }
@@ -80,18 +84,25 @@ impl Robot {
             .collect()
     }
 
-    /// The square of the distance from a reference that moves, in a row of `/state`.
+    /// The square of the distance from a reference that moves, in a row of `/state`: of the joints and the
+    /// sites that are named.
     pub(crate) fn error(&self, row: &[f64]) -> Option<f64> {
         let (_, state) = row.split_at_checked(self.half.len())?;
         let deviation = self.deviation(state)?;
-        let moving = self.moving_coordinates().into_iter();
-        let squares = moving.map(|index| deviation[index] * deviation[index]);
-        Some(squares.sum())
+        let joints = self.motions.iter().map(|motion| deviation[motion.index]);
+        let sites = self
+            .reach
+            .as_ref()
+            .and_then(|reach| site_errors(reach, self, row));
+        let errors = joints.chain(sites.unwrap_or_default());
+        Some(errors.map(|error| error * error).sum())
     }
 
     /// The coordinates that move, each once.
     pub(crate) fn moving_coordinates(&self) -> Vec<usize> {
-        let mut indices: Vec<usize> = self.motions.iter().map(|motion| motion.index).collect();
+        let joints = self.motions.iter().map(|motion| motion.index);
+        let sites = self.reach.iter().flat_map(|reach| reach.coordinates());
+        let mut indices: Vec<usize> = joints.chain(sites.copied()).collect();
         indices.sort_unstable();
         indices.dedup();
         indices
@@ -112,4 +123,18 @@ impl Robot {
             *speed -= of_target;
         }
     }
+}
+
+/// How far each site is from where it is to be, in a row of `/state` of `robot` (m).
+pub(crate) fn site_errors(reach: &SiteReach, robot: &Robot, row: &[f64]) -> Option<Vec<f64>> {
+    let [positions, coordinates, activations, controls] = robot.model.sizes();
+    let places = row.get(controls..controls + positions)?;
+    let moved = row.get(controls + positions + coordinates + activations..)?;
+    let mut along = vec![0.0; coordinates];
+    for (index, by) in robot.moving_coordinates().into_iter().zip(moved) {
+        along[index] = *by;
+    }
+    let mut wanted = robot.at.positions.clone();
+    robot.model.mujoco.integrate_pos(&mut wanted, &along, 1.0);
+    Some(reach.errors(places, &wanted))
 }

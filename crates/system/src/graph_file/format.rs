@@ -422,8 +422,8 @@ pub const SECTIONS: [FileSection; 9] = [
             optional(
                 "reference",
                 MOTIONS,
-                "Joints that move beside the pose (m, rad), with their limits: \"JOINT step AMOUNT S\", \
-                 \"JOINT sine AMOUNT HZ\" or \"JOINT way S:AMOUNT S:AMOUNT\"",
+                "Joints, or sites such as tip.x, that move beside the pose (m, rad), with their limits: \
+                 \"NAME step AMOUNT S\", \"NAME sine AMOUNT HZ\" or \"NAME way S:AMOUNT S:AMOUNT\"",
             ),
             optional(
                 "policy",
