@@ -91,8 +91,8 @@ fn hull(model: &MjModel, geom: usize) -> Option<GeomRecord> {
             let points = directions().map(|[right, ahead, up]| [x * right, y * ahead, z * up]);
             (points.collect(), 0.0)
         }
-        MjtGeomBase::mjGEOM_MESH | MjtGeomBase::mjGEOM_SDF => (of_mesh(model, geom)?, 0.0),
-        MjtGeomBase::mjGEOM_HFIELD => (of_field(model, geom)?, 0.0),
+        MjtGeomBase::mjGEOM_MESH | MjtGeomBase::mjGEOM_SDF => (mesh_corners(model, geom)?, 0.0),
+        MjtGeomBase::mjGEOM_HFIELD => (field_corners(model, geom)?, 0.0),
     };
     let (place, turn) = (model.geom_pos()[geom], model.geom_quat()[geom]);
     let in_body = |point: [f64; 3]| {
@@ -113,7 +113,7 @@ fn short(length: f64) -> f64 {
 }
 
 /// The corners of a mesh.
-fn of_mesh(model: &MjModel, geom: usize) -> Option<Vec<[f64; 3]>> {
+fn mesh_corners(model: &MjModel, geom: usize) -> Option<Vec<[f64; 3]>> {
     let mesh = usize::try_from(model.geom_dataid()[geom]).ok()?;
     let first = usize::try_from(*model.mesh_vertadr().get(mesh)?).ok()?;
     let count = usize::try_from(*model.mesh_vertnum().get(mesh)?).ok()?;
@@ -127,7 +127,7 @@ fn of_mesh(model: &MjModel, geom: usize) -> Option<Vec<[f64; 3]>> {
 }
 
 /// The corners of a height field.
-fn of_field(model: &MjModel, geom: usize) -> Option<Vec<[f64; 3]>> {
+fn field_corners(model: &MjModel, geom: usize) -> Option<Vec<[f64; 3]>> {
     let field = usize::try_from(model.geom_dataid()[geom]).ok()?;
     let [half_x, half_y, top, bottom] = *model.hfield_size().get(field)?;
     let number = |list: &[i32]| usize::try_from(*list.get(field)?).ok();

@@ -74,14 +74,14 @@ impl ObservedTerms {
         self.0.is_empty()
     }
 
-    fn of_the_sensor(&self) -> impl Iterator<Item = &ObservedTerm> {
+    fn sensor_terms(&self) -> impl Iterator<Item = &ObservedTerm> {
         let terms = self.0.iter();
         terms.filter(|term| term.kind != TermKind::LastAction)
     }
 
     /// The name of each number that the sensor reads.
     pub(crate) fn names(&self) -> Vec<String> {
-        let names = self.of_the_sensor().flat_map(|term| {
+        let names = self.sensor_terms().flat_map(|term| {
             let name = |number| match term.size {
                 1 => term.text.clone(),
                 _ => format!("{} {number}", term.text),
@@ -94,7 +94,7 @@ impl ObservedTerms {
     /// Adds to `row` what the sensor reads in `data`, where all that follows from the state has been
     /// computed; `given` is the pose as given.
     pub(crate) fn read(&self, data: &BodyData, given: &Reference, row: &mut Vec<f64>) {
-        for term in self.of_the_sensor() {
+        for term in self.sensor_terms() {
             let numbers = term.kind.numbers(data, given);
             row.extend(numbers.into_iter().map(|number| number * term.factor));
         }

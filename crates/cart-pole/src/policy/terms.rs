@@ -64,13 +64,13 @@ impl CartTerms {
     /// Puts what is seen of `reading` into `row`, whose length is that of an observation.
     pub(super) fn put(&self, reading: &Observation, row: &mut [f64]) {
         for (number, scaled) in row.iter_mut().zip(&self.0) {
-            *number = scaled.factor * scaled.term.of(reading);
+            *number = scaled.factor * scaled.term.value_in(reading);
         }
     }
 }
 
 impl CartTerm {
-    fn of(self, reading: &Observation) -> f64 {
+    fn value_in(self, reading: &Observation) -> f64 {
         let [x, v, cos, sin, spin] = reading.to_array().map(f64::from);
         match self {
             Self::X => x,

@@ -104,7 +104,7 @@ impl ProgramPolicy {
             .and_then(|line| {
                 let size = match self.context.chunk.filter(|_| ready.chunks) {
                     Some(actions) => AnswerSize::Chunk(actions),
-                    None => AnswerSize::of(self.shape),
+                    None => AnswerSize::from_shape(self.shape),
                 };
                 protocol::actions(&line, self.asked, size)
             });

@@ -137,7 +137,7 @@ pub enum AnswerSize {
 
 impl AnswerSize {
     /// Returns the size of a single action.
-    pub fn of(shape: RowShape) -> Self {
+    pub fn from_shape(shape: RowShape) -> Self {
         shape.acts.map_or(Self::Number, Self::Numbers)
     }
 }
