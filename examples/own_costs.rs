@@ -50,7 +50,7 @@ impl System for FourNodes {
     }
 }
 
-/// A node that passes on its input.
+/// Returns a node that passes on its input.
 fn relay(
     builder: &mut Builder<'_>,
     name: &str,

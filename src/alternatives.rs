@@ -2,7 +2,7 @@
 
 use std::borrow::Borrow;
 
-/// Names as alternatives: `a, b or c`.
+/// Returns names as alternatives: `a, b or c`.
 pub fn alternatives<S: Borrow<str>>(names: &[S]) -> String {
     match names {
         [others @ .., last] if !others.is_empty() => {

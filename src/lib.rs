@@ -55,11 +55,11 @@
 //! |---|---|---|
 //! | view of a run: figures, copies of messages | a [`Sink`] | `crates/metrics` |
 //! | clock | a [`Clock`]: it takes the [`TaskSets`](clock::TaskSets) of a graph, and [`Wake`](clock::Wake) hears of arrivals | `crates/real-clock`, `crates/re-execution` |
-//! | loss or delay of a link, each message once at most | a row of `PARTS` in `settings/link.rs` with a field of `Link`, and `deliver_at` in `topic/link_channel.rs` | `burst` there |
+//! | loss or delay of a link (no duplicates) | a row of `PARTS` in `settings/link.rs` with a field of `Link`, and `LinkChannel` in `topic/link_channel.rs`: what is lost in `time_lost`, when the rest arrives in `deliver_at` | `burst` there |
 //! | distribution of durations | `settings/draw.rs`: costs and lateness have it at once, links too unless it needs a file | `Uniform` there |
-//! | order of callbacks in an executor | a file in `scheduling/executors/`, and a row of `KINDS` in `executor.rs` there | `events.rs` |
+//! | order of callbacks in an executor | a file in `scheduling/executors/`, named in `mod.rs` there, and a row of `KINDS` in `executor.rs` there | `events.rs` |
 //! | rule for messages of several topics | `settings/matching.rs` for its text, `trigger/matcher.rs` for the rule | `Stamped` there |
-//! | setting or fault of a node or topic | a row of the table in `control/knob.rs`, a type of its value in `settings/` and `control/knob_part.rs`, and whoever obeys it: `scheduling/task.rs` and its callers `own.rs` and `executors/ordered.rs`; `topic/any.rs` | `wakes`, `hang` |
+//! | setting or fault of a node or topic | a row of the table in `control/knob.rs`, and whoever obeys it: `scheduling/task.rs`, or `topic/any.rs`. A value of a new type needs a place in `settings/` and `control/knob_part.rs`; a fault that keeps a node from ticking also `scheduling/own.rs` and `executors/ordered.rs` | `hang`, `wakes`, `crash` |
 //!
 //! # How a run goes
 //!
@@ -70,9 +70,9 @@
 //! of the schedule, and what they publish comes back to it as arrivals.
 //!
 //! A message: [`Tick::publish`] gives it to its topic, or keeps it until a tick is over that takes
-//! time; with a link it is in transit until the link delivers it, in what comes next on the
-//! topic; the queue evicts what is beyond its depth; [`Tick::read`] reads it. The topic sends a record
-//! of each step to the [`Sink`].
+//! time. With a link it is in transit until it arrives: the next use of the topic first moves what
+//! has arrived into the queue, each message with its own time of arrival. The queue evicts what is
+//! beyond its depth; [`Tick::read`] reads it. The topic sends a record of each step to the [`Sink`].
 //!
 //! # A graph in twenty lines
 //!
@@ -150,12 +150,12 @@ pub use scheduling::{
     },
 };
 pub use settings::{
-    chance::{Chance, normal_quantile},
+    chance::Chance,
     cost::Cost,
     digest::{Digest, DigestError},
     draw::{Draw, Measurements},
     error::SettingError,
-    link::{Burst, Link},
+    link::{Burst, Link, LinkError},
     local_clock::ClockError,
     matching::Match,
     overrun::Overrun,

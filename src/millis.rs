@@ -14,8 +14,9 @@ const MAX_MS: f64 = 1e9;
 /// [`MillisError`] for an invalid text.
 pub fn parse(text: &str) -> Result<Duration, MillisError> {
     let millis: Option<f64> = text.trim().parse().ok();
-    let duration = millis.and_then(from_millis);
-    duration.ok_or_else(|| MillisError(text.to_owned()))
+    millis
+        .and_then(from_millis)
+        .ok_or_else(|| MillisError(text.to_owned()))
 }
 
 /// A text that is not a duration in milliseconds.

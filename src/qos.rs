@@ -30,7 +30,7 @@ impl Depth {
         }
     }
 
-    /// The number of messages.
+    /// Returns the number of messages.
     pub fn get(self) -> usize {
         self.0
     }

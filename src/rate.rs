@@ -64,12 +64,12 @@ impl Rate {
         self.schedule(self.next.max(self.first));
     }
 
-    /// The rate in force.
+    /// Returns the rate in force.
     pub fn hz(&self) -> Hz {
         self.hz
     }
 
-    /// When the next tick is due.
+    /// Returns when the next tick is due.
     #[inline]
     pub fn due(&self) -> Time {
         self.due
@@ -184,19 +184,21 @@ impl Period {
         }
     }
 
-    /// The first tick whose offset is `elapsed` nanoseconds or more.
+    /// Returns the first tick whose offset is `elapsed` nanoseconds or more.
     fn ticks_until(self, elapsed: u64) -> u64 {
         let product = u128::from(elapsed) * u128::from(self.denominator);
         u64::try_from(product.div_ceil(u128::from(self.numerator))).unwrap_or(u64::MAX)
     }
 }
 
-/// The interval after which nodes with these rates, once due together, are due together
+/// Returns the interval after which nodes with these rates, once due together, are due together
 /// again: the least common multiple of their periods, rounded down to a nanosecond. Zero
 /// for no rates.
 pub fn hyper_period(rates: impl IntoIterator<Item = Hz>) -> Duration {
-    let micro = rates.into_iter().map(Hz::as_micro);
-    let common = micro.fold(0, greatest_common_divisor);
+    let common = rates
+        .into_iter()
+        .map(Hz::as_micro)
+        .fold(0, greatest_common_divisor);
     let nanos = Period::NANOS_TIMES_MICRO.checked_div(common);
     Duration::from_nanos(nanos.unwrap_or(0))
 }

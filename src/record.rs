@@ -19,6 +19,81 @@ use crate::{
 /// Gets the records of a run, on the threads of its nodes: it must be quick, and must not
 /// publish, read or set a knob. Nodes and topics are named by their indices in the
 /// [`Topology`](crate::Topology).
+///
+/// A camera takes 5 ms from reading to publishing, and a link of 3 ms carries its image to a detector that
+/// the image triggers. These are all records of it:
+///
+/// ```
+/// use std::sync::{Arc, Mutex};
+/// use ratelab::{
+///     Clock, Depth, Graph, Hz, Inbox, Match, NodeRecord, Release, Sink, Tick, Time, Topic,
+///     TopicRecord, VirtualClock,
+/// };
+///
+/// #[derive(Default)]
+/// struct Lines(Mutex<Vec<String>>);
+///
+/// impl Lines {
+///     fn add(&self, line: String) {
+///         self.0.lock().unwrap().push(line);
+///     }
+/// }
+///
+/// impl Sink for Lines {
+///     fn node(&self, node: usize, record: &NodeRecord) {
+///         let name = ["camera", "detector"][node];
+///         match record {
+///             NodeRecord::Began(at) => self.add(format!("{name} began at {at}")),
+///             NodeRecord::Ended => self.add(format!("{name} ended")),
+///             NodeRecord::Ticked(times) => {
+///                 let ends = times.ends.unwrap_or(Time::MAX);
+///                 self.add(format!("{name} ticked from {} to {ends}", times.at));
+///             }
+///             other => self.add(format!("{name} {other:?}")),
+///         }
+///     }
+///
+///     fn topic(&self, _: usize, record: &TopicRecord<'_>) {
+///         self.add(match record {
+///             TopicRecord::Sent { head, .. } => {
+///                 let arrives = head.arrives.unwrap_or(Time::MAX);
+///                 format!("image sent at {}, arrives at {arrives}", head.at)
+///             }
+///             TopicRecord::Delivered { at, .. } => format!("image delivered at {at}"),
+///             TopicRecord::Matched { .. } => "image matched".to_owned(),
+///             TopicRecord::Read { age, .. } => format!("image read, {} ms old", age.as_millis()),
+///             other => format!("image {other:?}"),
+///         });
+///     }
+/// }
+///
+/// let (image, mut graph) = (Topic::new("/image", Depth::ONE), Graph::new());
+/// graph.node("camera", Hz::new(10.0)?, 0, |wiring| {
+///     let image = wiring.publisher(&image);
+///     move |tick: &mut Tick| { tick.publish(&image, ()); }
+/// })?;
+/// graph.node("detector", Release::On(Match::Each), 1, |wiring| {
+///     let mut image = wiring.trigger(&image);
+///     move |tick: &mut Tick| { tick.read(&mut image); }
+/// })?;
+/// graph.set(&"takes camera 5".parse()?)?;
+/// graph.set(&"link /image delay:3".parse()?)?;
+/// let lines = Arc::new(Lines::default());
+/// graph.sink_or(|| lines.clone());
+/// VirtualClock.run(&mut graph, &mut Inbox::default(), Time::from_secs_f64(0.05)?)?;
+///
+/// assert_eq!(*lines.0.lock().unwrap(), [
+///     "camera began at 0.000 s",
+///     "image sent at 0.005 s, arrives at 0.008 s",
+///     "camera ended",
+///     "camera ticked from 0.000 s to 0.005 s",
+///     "image delivered at 0.008 s",
+///     "image matched",
+///     "image read, 3 ms old",
+///     "detector ticked from 0.008 s to 0.008 s",
+/// ]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait Sink: Any + Send + Sync {
     /// Takes a record of a node.
     fn node(&self, node: usize, record: &NodeRecord);
@@ -70,6 +145,10 @@ pub enum TopicRecord<'a> {
     },
     /// A link has delivered a message.
     Delivered {
+        /// Sequence number of the message.
+        seq: u64,
+        /// Run time of its arrival.
+        at: Time,
         /// Whether a newer one was there before, so that nobody reads this one.
         overtaken: bool,
     },
@@ -126,7 +205,8 @@ pub struct Head {
     /// Position in the topic's history, counted from zero.
     pub seq: u64,
     /// Time of the sensing that it was derived from, as the clock of the node that sensed shows it: the
-    /// header stamp. `None` if the data begin with this message.
+    /// header stamp. `None` if the data begin with this message, and the tick that published it takes
+    /// no time; after a tick that takes time, the begin of that tick.
     pub origin: Option<Time>,
     /// What it was derived from.
     pub from: Derived,
@@ -151,7 +231,7 @@ pub enum Derived {
 }
 
 impl Derived {
-    /// The message, where it was derived from one alone.
+    /// Returns the message, where it was derived from one alone.
     pub fn message(self) -> Option<MessageId> {
         match self {
             Self::Message(message) => Some(message),
@@ -212,18 +292,18 @@ pub(crate) struct RecordSender {
 }
 
 impl RecordSender {
-    /// The sender of node or topic number `index`.
+    /// Returns the sender of node or topic number `index`.
     pub(crate) fn for_index(&self, index: usize) -> Self {
         let sink = self.sink.clone();
         Self { sink, index }
     }
 
-    /// Index of the node or topic.
+    /// Returns the index of the node or topic.
     pub(crate) fn index(&self) -> usize {
         self.index
     }
 
-    /// Whether anybody looks on.
+    /// Returns whether anybody looks on.
     pub(crate) fn is_heard(&self) -> bool {
         self.sink.get().is_some()
     }
@@ -244,7 +324,7 @@ impl RecordSender {
         }
     }
 
-    /// The sink, or else what `make` returns from now on.
+    /// Returns the sink, or else what `make` returns from now on.
     pub(crate) fn sink_or(&self, make: impl FnOnce() -> Arc<dyn Sink>) -> Arc<dyn Sink> {
         self.sink.get_or_init(make).clone()
     }

@@ -81,12 +81,12 @@ impl<T> Shared<T> {
         shared
     }
 
-    /// Number of turns so far.
+    /// Returns the number of turns so far.
     pub(crate) fn turns(&self) -> u64 {
         lock(&self.state).turn
     }
 
-    /// Name of the lock.
+    /// Returns the name of the lock.
     pub fn name(&self) -> &str {
         &self.name
     }

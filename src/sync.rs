@@ -29,7 +29,7 @@ pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
         .unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// The value of a mutex that nobody else can lock now.
+/// Returns the value of a mutex that nobody else can lock now.
 pub fn get_mut<T>(mutex: &mut Mutex<T>) -> &mut T {
     mutex
         .get_mut()
@@ -103,14 +103,14 @@ mod model {
     pub struct Instant(Duration);
 
     impl Instant {
-        /// The model's wall time.
+        /// Returns the model's wall time.
         pub fn now() -> Self {
             let elapsed = ELAPSED.get();
             ELAPSED.set(elapsed + LOOK);
             Self(Duration::from_nanos(elapsed))
         }
 
-        /// Time since this instant; zero if it is in the future.
+        /// Returns the time since this instant; zero if it is in the future.
         pub fn elapsed(&self) -> Duration {
             Self::now().0.saturating_sub(self.0)
         }
@@ -125,7 +125,7 @@ mod model {
             self.0.checked_sub(duration).map(Self)
         }
 
-        /// The time from `earlier` to this instant; zero if it is not earlier.
+        /// Returns the time from `earlier` to this instant; zero if it is not earlier.
         pub fn saturating_duration_since(&self, earlier: Self) -> Duration {
             self.0.saturating_sub(earlier.0)
         }

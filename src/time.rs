@@ -42,7 +42,7 @@ impl Time {
     /// The smallest step of run time: one nanosecond.
     pub const RESOLUTION: Duration = Duration::from_nanos(1);
 
-    /// The moment `nanos` nanoseconds into the run.
+    /// Returns the moment `nanos` nanoseconds into the run.
     pub const fn from_nanos(nanos: u64) -> Self {
         Self(nanos)
     }
@@ -52,7 +52,7 @@ impl Time {
         self.0
     }
 
-    /// The moment `seconds` into the run, to the nearest nanosecond.
+    /// Returns the moment `seconds` into the run, to the nearest nanosecond.
     ///
     /// # Errors
     /// [`TimeError`] if `seconds` is negative, not a number, or beyond
@@ -68,7 +68,7 @@ impl Time {
         self.0 as f64 / NANOS as f64
     }
 
-    /// Time elapsed since `earlier`; zero if `earlier` is later.
+    /// Returns the time elapsed since `earlier`; zero if `earlier` is later.
     ///
     /// Under the real clock two threads may stamp and read in either order, so this never
     /// fails.
@@ -160,7 +160,7 @@ impl Hz {
         }
     }
 
-    /// Ticks per second.
+    /// Returns ticks per second.
     pub fn get(self) -> f64 {
         self.0 as f64 / 1e6
     }
@@ -183,7 +183,7 @@ impl Hz {
         Self(micro.clamp(Self::MIN.0, Self::MAX.0))
     }
 
-    /// One period, rounded down to a nanosecond. For display and reference lines only:
+    /// Returns one period, rounded down to a nanosecond. For display and reference lines only:
     /// deadlines come from [`Rate`](crate::Rate), which rounds once.
     pub const fn period(self) -> Duration {
         Duration::from_nanos(NANOS * 1_000_000 / self.0)

@@ -100,7 +100,7 @@ pub fn base(policy: &str) -> Result<Config, Box<dyn Error>> {
     })
 }
 
-/// The runs in which `cause` makes actions old, each with `seeds` seeds.
+/// Returns the runs in which `cause` makes actions old, each with `seeds` seeds.
 pub fn sweep(
     system: &Arc<CartPole>,
     base: &Config,

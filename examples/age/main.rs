@@ -61,7 +61,7 @@ fn ms(seconds: Option<f64>) -> String {
 /// Minimum distance of a run from the limit for a certain verdict (s).
 const NEAR_S: f64 = 0.01;
 
-/// Number of runs held within a range of ages, and number of all runs there.
+/// Returns the number of runs held within a range of ages, and number of all runs there.
 fn held(by_age: &ByAge, from_s: f64, to_s: f64) -> String {
     let runs = by_age.runs();
     let (held, fell): (Vec<_>, Vec<_>) = runs

@@ -41,8 +41,11 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
 
 fn table(rates: &[KnobRuns]) -> Table {
     let steps = |rate: &KnobRuns| {
-        let steps = rate.runs.iter().map(|run| run.steps.to_string());
-        steps.collect::<Vec<_>>().join(" ")
+        rate.runs
+            .iter()
+            .map(|run| run.steps.to_string())
+            .collect::<Vec<_>>()
+            .join(" ")
     };
     Table::from_items(
         rates,
@@ -72,11 +75,14 @@ fn measurements(rates: &[KnobRuns]) -> Vec<Measurement> {
         }
     }
     let latency = |rate: &KnobRuns| -> f64 {
-        let runs = rate.runs.iter();
-        runs.map(|run| mean_ms(run.mean_latency_s)).sum()
+        rate.runs
+            .iter()
+            .map(|run| mean_ms(run.mean_latency_s))
+            .sum()
     };
-    let pairs = rates.windows(2);
-    let rises = pairs.filter(|pair| latency(&pair[1]) > latency(&pair[0]));
+    let rises = rates
+        .windows(2)
+        .filter(|pair| latency(&pair[1]) > latency(&pair[0]));
     let name = "steps down at which latency rose";
     measured.push(Measurement::new(name, rises.count() as f64));
     measured

@@ -120,8 +120,7 @@ fn span(values: impl Iterator<Item = f64>, decimals: usize) -> String {
 }
 
 fn measurements(group: &KnobRuns) -> impl Iterator<Item = Measurement> {
-    let runs = group.runs.iter().enumerate();
-    runs.flat_map(|(start, run)| {
+    group.runs.iter().enumerate().flat_map(|(start, run)| {
         Measurement::list(
             format_args!("depth {}, seed {start}", group.value),
             [

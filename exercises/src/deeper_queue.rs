@@ -43,8 +43,10 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
 
 /// Returns the number of starts with identical runs for both queue depths.
 fn unchanged(shallow: &KnobRuns, deep: &KnobRuns) -> usize {
-    let pairs = shallow.runs.iter().zip(&deep.runs);
-    pairs
+    shallow
+        .runs
+        .iter()
+        .zip(&deep.runs)
         .filter(|(one, other)| course(one) == course(other))
         .count()
 }
@@ -85,6 +87,9 @@ fn measurements(depth: &KnobRuns) -> impl Iterator<Item = Measurement> {
 
 /// Returns the runs with one depth: the depth, the seed and the result.
 fn runs(depth: &KnobRuns) -> impl Iterator<Item = (&str, usize, &CellResult)> {
-    let runs = depth.runs.iter().enumerate();
-    runs.map(|(seed, run)| (depth.value.as_str(), seed, run))
+    depth
+        .runs
+        .iter()
+        .enumerate()
+        .map(|(seed, run)| (depth.value.as_str(), seed, run))
 }

@@ -92,8 +92,8 @@ fn table(ways: &[(&str, &[KnobRuns])]) -> Table {
 }
 
 fn measurements(way: &str, groups: &[KnobRuns]) -> Vec<Measurement> {
-    let measured = groups.iter();
-    measured
+    groups
+        .iter()
         .map(|group| group.balanced(format_args!("{way}, loss {}", group.value)))
         .collect()
 }

@@ -127,15 +127,18 @@ pub fn named(label: &str) -> Vec<&'static Exercise> {
 /// the first one of all.
 pub fn next(answers: &Answers) -> Option<&'static Exercise> {
     let is_open = |question: &&Exercise| answers.get(question.brief()).is_none();
-    let mut path = questions().filter(|question| question.brief().path);
-    path.find(is_open).or_else(|| questions().find(is_open))
+    questions()
+        .filter(|question| question.brief().path)
+        .find(is_open)
+        .or_else(|| questions().find(is_open))
 }
 
 /// Returns whether there is a first prediction for each question whose answer the limits of the
 /// push age on the screen give away.
 pub fn has_found_limits(answers: &Answers) -> bool {
-    let mut asked = questions().filter(|question| question.brief().asks_limits);
-    asked.all(|question| answers.first(question.brief()).is_some())
+    questions()
+        .filter(|question| question.brief().asks_limits)
+        .all(|question| answers.first(question.brief()).is_some())
 }
 
 /// Returns the labels of all questions.

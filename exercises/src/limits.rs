@@ -74,8 +74,10 @@ impl Minute {
             ..CartPole::config(&format!("control-hz {}", control_hz.get()))?
         })?;
         let lasted_s = run.summary.sim_time.as_secs_f64();
-        let steps = run.steps.iter();
-        let tail = steps.filter(|step| step.stamp.as_secs_f64() > lasted_s - TAIL_S);
+        let tail = run
+            .steps
+            .iter()
+            .filter(|step| step.stamp.as_secs_f64() > lasted_s - TAIL_S);
         Ok(Self {
             lasted_s,
             balanced: !run.summary.verdict.is_lost(),
@@ -109,8 +111,10 @@ impl LimitTrial {
 
     /// Returns the number of starts with the pole up after the usual time.
     fn up(&self) -> usize {
-        let up = self.minutes.iter().filter(|run| run.lasted_s > USUAL_S);
-        up.count()
+        self.minutes
+            .iter()
+            .filter(|run| run.lasted_s > USUAL_S)
+            .count()
     }
 
     /// Returns the number of starts with the pole up after a minute.
@@ -120,8 +124,11 @@ impl LimitTrial {
 
     /// Returns the amplitude of the swing of these (degrees); `None` if there are none.
     fn swing_deg(&self) -> Option<f64> {
-        let up = self.minutes.iter().filter(|run| run.balanced);
-        up.map(|run| run.swing_deg).reduce(f64::max)
+        self.minutes
+            .iter()
+            .filter(|run| run.balanced)
+            .map(|run| run.swing_deg)
+            .reduce(f64::max)
     }
 
     fn measurements(&self) -> Vec<Measurement> {
@@ -145,8 +152,11 @@ impl LimitTrial {
 
 /// Returns the time from the slowing to the first clipped action (s).
 fn clipped_s(run: &RecordedRun, slowed: Time) -> Option<f64> {
-    let mut steps = run.steps.iter().skip_while(|step| step.stamp < slowed);
-    let clipped = steps.find(|step| step.data.action.0.abs() >= 1.0)?;
+    let clipped = run
+        .steps
+        .iter()
+        .skip_while(|step| step.stamp < slowed)
+        .find(|step| step.data.action.0.abs() >= 1.0)?;
     Some(clipped.stamp.since(slowed).as_secs_f64())
 }
 

@@ -200,11 +200,13 @@ pub fn text(system: &dyn System, like: &Like, model: &Summary) -> String {
         rows: rows(system, [&like.recorded, model]),
         named: true,
     };
-    let titles = ["like"].into_iter().chain(iter::repeat(""));
-    let lines = titles
+    ["like"]
+        .into_iter()
+        .chain(iter::repeat(""))
         .zip(table.lines())
-        .map(|(title, text)| line(title, &text));
-    lines.collect::<Vec<_>>().join("\n")
+        .map(|(title, text)| line(title, &text))
+        .collect::<Vec<_>>()
+        .join("\n")
 }
 
 fn rows(system: &dyn System, runs: [&Summary; 2]) -> Vec<Vec<String>> {
@@ -216,8 +218,11 @@ fn rows(system: &dyn System, runs: [&Summary; 2]) -> Vec<Vec<String>> {
         format!("{} {}", run.verdict.name(), run.sim_time)
     })];
     let [recorded, model] = runs.map(|run| {
-        let main = system.latency().map(|(_, meter)| (meter, &run.latency));
-        main.into_iter().chain(run.chain_latencies(system))
+        system
+            .latency()
+            .map(|(_, meter)| (meter, &run.latency))
+            .into_iter()
+            .chain(run.chain_latencies(system))
     });
     for ((meter, recorded), (_, model)) in recorded.zip(model) {
         let of = |name: &str, cell: &dyn Fn(&Distribution) -> Option<Duration>| {

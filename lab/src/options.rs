@@ -149,8 +149,10 @@ pub fn graph(
 /// Returns a note about given knobs that have no effect under the clock of the run, if any.
 fn ignored(config: &Config) -> Option<String> {
     let timed = config.knobs.iter().map(|timed| &timed.knob);
-    let given = config.setup.iter().chain(timed);
-    let ignored: Vec<String> = given
+    let ignored: Vec<String> = config
+        .setup
+        .iter()
+        .chain(timed)
         .filter(|knob| knob.kind().sets(TickTiming::Start))
         .map(Knob::to_string)
         .collect();
@@ -198,8 +200,10 @@ pub fn world(args: &TimingArgs, usual: WorldKind) -> Result<WorldKind, Error> {
 
 /// Returns the knobs with options of their own, each with a prefix for its errors.
 pub fn timing(args: &TimingArgs) -> impl Iterator<Item = (String, Vec<Knob>)> + use<'_> {
-    let knobs = args.takes.iter().chain(&args.offset);
-    knobs.map(|knob| (format!("--{}: ", knob.kind().name()), vec![knob.clone()]))
+    args.takes
+        .iter()
+        .chain(&args.offset)
+        .map(|knob| (format!("--{}: ", knob.kind().name()), vec![knob.clone()]))
 }
 
 /// Parses the knobs in `text`; their errors begin with the given prefix.

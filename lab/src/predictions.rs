@@ -28,8 +28,10 @@ pub fn answers_file(named: Option<&Path>) -> PathBuf {
 
 fn in_the_clone() -> Option<PathBuf> {
     let here = env::current_dir().ok()?;
-    let mut folders = here.ancestors().map(|folder| folder.join(FOLDER));
-    let folder = folders.find(|folder| folder.join(MARK).exists())?;
+    let folder = here
+        .ancestors()
+        .map(|folder| folder.join(FOLDER))
+        .find(|folder| folder.join(MARK).exists())?;
     Some(folder.join(FILE))
 }
 

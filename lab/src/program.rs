@@ -62,10 +62,11 @@ impl Program {
 /// Returns the program's name on the command line.
 pub fn name() -> String {
     let called = env::args_os().next().unwrap_or_default();
-    let name = Path::new(&called)
+    Path::new(&called)
         .file_stem()
-        .and_then(|name| name.to_str());
-    name.unwrap_or("ratelab").to_owned()
+        .and_then(|name| name.to_str())
+        .unwrap_or("ratelab")
+        .to_owned()
 }
 
 /// Returns the command line of these `words`.

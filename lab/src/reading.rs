@@ -45,7 +45,7 @@ pub fn read_bag(path: &Path) -> Result<Bag, Error> {
     bag.map_err(|why| Error::BadInput(why.to_string()))
 }
 
-/// An error for a bag of which only the intact part was read.
+/// Returns an error for a bag of which only the intact part was read.
 ///
 /// # Errors
 /// [`Error::Unfinished`] with the first damage.

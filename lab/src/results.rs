@@ -91,8 +91,11 @@ pub fn record(mut destination: Destination, experiment: &Experiment) -> Result<R
 /// Returns the topics of `experiment` with readers, in the order of a summary.
 pub fn read_topics(experiment: &Experiment) -> Vec<String> {
     let topics = experiment.observer().snapshot().topics;
-    let read = topics.iter().filter(|topic| topic.is_read());
-    read.map(|topic| topic.name.to_string()).collect()
+    topics
+        .iter()
+        .filter(|topic| topic.is_read())
+        .map(|topic| topic.name.to_string())
+        .collect()
 }
 
 /// Returns the files named by `knobs`, by option.
@@ -104,8 +107,11 @@ pub fn input_files<'k>(
         let Knob::Send { node, text } = knob else {
             return None;
         };
-        let mut aliases = system.knobs().aliases().iter();
-        let alias = aliases.find(|alias| alias.knobs == [(knob.kind(), node.as_str())]);
+        let alias = system
+            .knobs()
+            .aliases()
+            .iter()
+            .find(|alias| alias.knobs == [(knob.kind(), node.as_str())]);
         Some((
             format!("--{}", alias.map_or("knob", |alias| alias.name)),
             system.knobs().file(node, text)?,

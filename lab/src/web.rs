@@ -127,13 +127,16 @@ fn nodes(recording: &Recording) -> Value {
         .iter()
         .zip(&recording.ticks)
         .map(|(node, ticks)| {
-            let turned = recording.events.iter().filter_map(Event::knob);
-            let rates = turned.filter_map(|timed| match timed.knob {
-                Knob::Rate { node: of, hz } if of == node.name => {
-                    Some(json!([ms(timed.at), hz.get()]))
-                }
-                _ => None,
-            });
+            let rates = recording
+                .events
+                .iter()
+                .filter_map(Event::knob)
+                .filter_map(|timed| match timed.knob {
+                    Knob::Rate { node: of, hz } if of == node.name => {
+                        Some(json!([ms(timed.at), hz.get()]))
+                    }
+                    _ => None,
+                });
             let first = [json!([0, node.hz.get()])];
             json!({
                 "name": node.name,
@@ -181,9 +184,12 @@ fn plant(recording: &Recording, system: &dyn System) -> Value {
     let view = pictures.first().map(|picture| picture.view);
     let still = still(&pictures);
     let moving = pictures.iter().map(|picture| {
-        let shapes = picture.shapes.iter();
-        let moving = shapes.filter(|shape| !still.contains(shape));
-        moving.map(shape).collect::<Vec<_>>()
+        picture
+            .shapes
+            .iter()
+            .filter(|shape| !still.contains(shape))
+            .map(shape)
+            .collect::<Vec<_>>()
     });
     json!({
         "at": heads.clone().map(|head| ms(head.at)).collect::<Vec<_>>(),
@@ -221,8 +227,9 @@ fn still(pictures: &[Picture]) -> Vec<&(Style, Shape)> {
 /// Returns a shape as a list: style, kind, numbers.
 fn shape((style, shape): &(Style, Shape)) -> Value {
     let numbers = |kind: &str, numbers: &[f64]| {
-        let head = [json!(style), json!(kind)].into_iter();
-        head.chain(numbers.iter().map(|number| short(*number)))
+        [json!(style), json!(kind)]
+            .into_iter()
+            .chain(numbers.iter().map(|number| short(*number)))
             .collect()
     };
     match shape {

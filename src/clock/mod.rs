@@ -20,7 +20,10 @@ mod worker;
 
 pub use crate::{
     arrival::{Arrival, Wake},
-    control::inbox::{Received, Wait},
+    control::{
+        inbox::{Received, Wait},
+        writer::RunWriter,
+    },
     node::JobKind,
 };
 pub use obey::{Obeyed, Supervision, obey_at_rest};
@@ -40,7 +43,7 @@ use crate::{
 
 /// Runs a graph.
 pub trait Clock {
-    /// Number of cores on which it can have threads take turns by priority; `None` if the
+    /// Returns the number of cores on which it can have threads take turns by priority; `None` if the
     /// system has not granted real-time priority.
     fn cores(&self) -> Option<usize> {
         None

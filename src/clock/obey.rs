@@ -91,7 +91,7 @@ pub struct Supervision<'g> {
 }
 
 impl Supervision<'_> {
-    /// Index of the node that has to carry out a command, if it is here.
+    /// Returns the index of the node that has to carry out a command, if it is here.
     pub fn node_for(&self, command: &Command) -> Option<usize> {
         let node = command.node()?;
         self.control.local_index(node).ok()

@@ -26,17 +26,17 @@ impl Pacer {
         Self { speed, wall }
     }
 
-    /// Whether the speed is limited.
+    /// Returns whether the speed is limited.
     pub(crate) fn is_paced(&self) -> bool {
         self.wall.is_some()
     }
 
-    /// The run time that corresponds to wall time now; `None` at unlimited speed.
+    /// Returns the run time that corresponds to wall time now; `None` at unlimited speed.
     pub(crate) fn now(&self) -> Option<Time> {
         self.wall.map(|wall| wall.now())
     }
 
-    /// The wall time of `time`; `None` for no wait.
+    /// Returns the wall time of `time`; `None` for no wait.
     pub(crate) fn wait_for(&mut self, time: Time) -> Option<Instant> {
         let instant = self.wall?.instant_of(time);
         let late = Instant::now().saturating_duration_since(instant);

@@ -1,11 +1,11 @@
 //! A task set with a schedule of its own, which its threads share.
 
 use crate::{
-    control::{command::ClockKind, state::RunState},
+    control::{command::ClockKind, writer::RunWriter},
     node::NodeSlot,
     scheduling::{Schedule, TaskSet, executors::executor::Threads},
     shared::{Shared, SharedGuard},
-    sync::{Arc, Mutex},
+    sync::Mutex,
 };
 
 /// Where the nodes of an executor take turns by priority.
@@ -24,7 +24,7 @@ pub(crate) struct SharedSchedule<'g> {
     schedule: Shared<Schedule>,
     /// The slots of all nodes of the graph.
     pub(crate) slots: &'g [Mutex<NodeSlot>],
-    pub(crate) state: Arc<RunState>,
+    pub(crate) state: RunWriter,
     /// Index of the node that was registered first.
     pub(crate) first: usize,
     /// Number of threads; none if all nodes run in other processes.
@@ -38,7 +38,7 @@ impl<'g> SharedSchedule<'g> {
         task_set: TaskSet,
         claim: Option<CoreClaim>,
         slots: &'g [Mutex<NodeSlot>],
-        state: Arc<RunState>,
+        state: RunWriter,
     ) -> Self {
         let threads = match task_set.threads() {
             Some(Threads::Shared(threads)) => threads,
@@ -66,19 +66,19 @@ impl<'g> SharedSchedule<'g> {
         }
     }
 
-    /// Its task set, with the turns of its threads.
+    /// Returns its task set, with the turns of its threads.
     pub(crate) fn into_task_set(self) -> Option<TaskSet> {
         let turns = self.schedule.turns();
         let task_set = self.schedule.peek().take_task_sets().pop()?;
         Some(TaskSet { turns, ..task_set })
     }
 
-    /// Whether several threads share the schedule, in turns.
+    /// Returns whether several threads share the schedule, in turns.
     pub(crate) fn is_shared(&self) -> bool {
         self.threads > 1
     }
 
-    /// The schedule, for a turn of a thread.
+    /// Returns the schedule, for a turn of a thread.
     pub(crate) fn turn(&self) -> SharedGuard<'_, Schedule> {
         if self.is_shared() {
             self.schedule.lock()
@@ -87,7 +87,7 @@ impl<'g> SharedSchedule<'g> {
         }
     }
 
-    /// The schedule, for a look.
+    /// Returns the schedule, for a look.
     pub(crate) fn peek(&self) -> SharedGuard<'_, Schedule> {
         self.schedule.peek()
     }

@@ -52,8 +52,8 @@ pub struct ThreadGroup<'c> {
 }
 
 impl Graph {
-    /// The task sets of the graph, each for threads in the hands of the caller, and what is left
-    /// without them.
+    /// Returns the task sets of the graph, each for threads in the hands of the caller, and what is
+    /// left without them.
     pub fn apart(&mut self) -> (TaskSets<'_>, Supervision<'_>) {
         let now = self.now();
         self.schedule.leave();
@@ -79,7 +79,7 @@ impl Graph {
 }
 
 impl TaskSets<'_> {
-    /// A task set, or one for each node if each has a thread of its own, with the claims.
+    /// Returns a task set, or one for each node if each has a thread of its own, with the claims.
     fn split(&mut self, task_set: TaskSet) -> Vec<(TaskSet, Option<CoreClaim>)> {
         let threads = task_set.threads();
         let (Some(team), Some(Threads::Cores(cores))) = (task_set.team.clone(), threads) else {
@@ -104,19 +104,24 @@ impl TaskSets<'_> {
     /// Forwards the arrivals of messages to `wake`, first of all messages in flight.
     pub fn wake_by(&self, wake: Arc<dyn Wake>) {
         self.arrivals.forward_to(Some(wake.clone()));
-        let in_flight = self.in_flight.iter().copied();
-        let published = in_flight.chain(self.arrivals.take());
-        published.for_each(|arrival| wake.wake(arrival));
+        self.in_flight
+            .iter()
+            .copied()
+            .chain(self.arrivals.take())
+            .for_each(|arrival| wake.wake(arrival));
     }
 
-    /// The threads of the task sets that have some here.
+    /// Returns the threads of the task sets that have some here.
     pub fn groups(&self) -> Vec<ThreadGroup<'_>> {
-        let here = self.all.iter().filter(|schedule| schedule.threads > 0);
-        here.map(group).collect()
+        self.all
+            .iter()
+            .filter(|schedule| schedule.threads > 0)
+            .map(group)
+            .collect()
     }
 }
 
-/// The threads of a task set.
+/// Returns the threads of a task set.
 fn group<'c>(schedule: &'c SharedSchedule<'c>) -> ThreadGroup<'c> {
     let held = schedule.peek();
     let mut names = held.members().map(|member| member.name.clone());
@@ -136,8 +141,10 @@ impl Drop for TaskSets<'_> {
     /// Puts the task sets together again.
     fn drop(&mut self) {
         self.arrivals.forward_to(None);
-        let all = take(&mut self.all).into_iter();
-        let mut task_sets: Vec<TaskSet> = all.filter_map(SharedSchedule::into_task_set).collect();
+        let mut task_sets: Vec<TaskSet> = take(&mut self.all)
+            .into_iter()
+            .filter_map(SharedSchedule::into_task_set)
+            .collect();
         for split in take(&mut self.split).into_iter().rev() {
             let range = split.first..split.first + split.nodes;
             let apart = task_sets.drain(range).collect();

@@ -127,7 +127,7 @@ impl<'a> VirtualStretch<'a> {
     fn new(graph: &'a mut Graph, inbox: &'a mut Inbox, until: Time) -> Self {
         let now = graph.now();
         let states = || graph.schedule.states(now);
-        let is_late = states().any(|task| task.due < now && task.skips);
+        let is_late = states().any(|task| task.due < now && task.has_own_timer);
         let last_due = states().filter_map(|task| task.last_due).max();
         // Late nodes tick now, so this instant is partly done.
         let last_event = if is_late { Some(now) } else { last_due };
@@ -180,19 +180,19 @@ impl<'a> VirtualStretch<'a> {
         }
     }
 
-    /// Whether something is left of the instant of the last event.
+    /// Returns whether something is left of the instant of the last event.
     fn mid_instant(&self) -> bool {
         let next = self.graph.schedule.next_at();
         next <= self.until && self.last_event.is_some_and(|last| next <= last)
     }
 
-    /// Whether the last instant has run. A command that arrives now would take effect
+    /// Returns whether the last instant has run. A command that arrives now would take effect
     /// after the end, which a replay does not reach.
     fn is_over(&self) -> bool {
         self.last_event.is_some_and(|last| last >= self.until) && !self.mid_instant()
     }
 
-    /// Time of the next event or timed command, or the end.
+    /// Returns the time of the next event or timed command, or the end.
     fn next_event(&self) -> Time {
         let next = self.graph.schedule.next_at();
         next.min(self.inbox.next_timed(self.until)).min(self.until)
@@ -211,7 +211,7 @@ impl<'a> VirtualStretch<'a> {
         Ok(self.obey(&command, at))
     }
 
-    /// The run time now: after all past events, before all later ones. Within an instant
+    /// Returns the run time now: after all past events, before all later ones. Within an instant
     /// it is that instant, because its other nodes tick at it too.
     fn moment(&self) -> Time {
         let now = self.graph.now();

@@ -30,19 +30,19 @@ impl Wall {
         }
     }
 
-    /// The wall time of run time zero, at the pace of the wall; `None` if that was before
+    /// Returns the wall time of run time zero, at the pace of the wall; `None` if that was before
     /// the machine started.
     pub fn zero(&self) -> Option<Instant> {
         let run = Duration::from_nanos(self.run.as_nanos());
         self.wall.checked_sub(run)
     }
 
-    /// The run time now.
+    /// Returns the run time now.
     pub fn now(&self) -> Time {
         self.run + self.scaled(self.wall.elapsed(), self.factor)
     }
 
-    /// The wall time at which run time will be `time`.
+    /// Returns the wall time at which run time will be `time`.
     pub fn instant_of(&self, time: Time) -> Instant {
         let wait = self.scaled(time.since(self.run), self.factor.recip());
         self.wall.checked_add(wait.min(FAR)).unwrap_or(self.wall)

@@ -130,20 +130,20 @@ impl Worker<'_> {
 
 /// What it waits for.
 impl Worker<'_> {
-    /// Whether other threads share the task set with it.
+    /// Returns whether other threads share the task set with it.
     pub fn is_shared(&self) -> bool {
         self.schedule.is_shared()
     }
 
-    /// Run time of the next event of the task set; [`Time::MAX`] without one.
+    /// Returns the run time of the next event of the task set; [`Time::MAX`] without one.
     pub fn next_at(&self) -> Time {
         self.schedule.peek().next_at()
     }
 
-    /// Number of ticks that keep a core busy at run time `now`.
+    /// Returns the number of ticks that keep a core busy at run time `now`.
     pub fn busy(&self, now: Time) -> usize {
         let schedule = self.schedule.peek();
-        schedule.states(now).filter(|task| task.busy).count()
+        schedule.states(now).filter(|task| task.spins).count()
     }
 
     /// Deadline of the running tick or the next one at `now`, if the node is alone and deadlines
@@ -153,7 +153,7 @@ impl Worker<'_> {
         self.schedule.peek().state(first, now).deadline
     }
 
-    /// Time on a core that the running tick still needs at `now`, if the node is alone.
+    /// Returns the time on a core that the running tick still needs at `now`, if the node is alone.
     pub fn remaining(&self, now: Time) -> Option<Duration> {
         let first = self.schedule.first;
         self.schedule.peek().state(first, now).remaining

@@ -58,7 +58,7 @@ impl From<TimedKnob> for TimedCommand {
 }
 
 impl Command {
-    /// Whether it changes the graph or stops its clock, rather than the passing of run
+    /// Returns whether it changes the graph or stops its clock, rather than the passing of run
     /// time: such a command waits until no instant is half done.
     pub(crate) fn changes_graph(&self) -> bool {
         match self {
@@ -67,7 +67,7 @@ impl Command {
         }
     }
 
-    /// The value `before` it was carried out, as the log has it.
+    /// Returns the value `before` it was carried out, as the log has it.
     pub(crate) fn replaced(&self, before: Option<&Knob>) -> Option<String> {
         match self {
             Self::Set(knob) => Some(knob.replaced(before?)),
@@ -75,12 +75,12 @@ impl Command {
         }
     }
 
-    /// The name of the node that must carry it out.
+    /// Returns the name of the node that must carry it out.
     pub fn node(&self) -> Option<&str> {
         self.knob_of_node().map(Knob::target)
     }
 
-    /// The knob of a node that it sets.
+    /// Returns the knob of a node that it sets.
     pub(crate) fn knob_of_node(&self) -> Option<&Knob> {
         match self {
             Self::Set(knob) if !knob.kind().is_of_topic() => Some(knob),
@@ -122,7 +122,7 @@ pub enum ClockKind {
 }
 
 impl ClockKind {
-    /// The other clock.
+    /// Returns the other clock.
     pub fn other(self) -> Self {
         match self {
             Self::Real => Self::Virtual,
@@ -154,7 +154,7 @@ impl Speed {
     /// Run time passes as fast as wall time.
     pub const REAL_TIME: Self = Self::Times(Pace(1.0));
 
-    /// A paced speed.
+    /// Returns a paced speed.
     ///
     /// # Errors
     /// [`SpeedError`] outside 0.1 to 100.

@@ -85,7 +85,7 @@ impl fmt::Display for Event {
 }
 
 impl Event {
-    /// The command, if it took effect.
+    /// Returns the command, if it took effect.
     pub fn applied(&self) -> Option<&Command> {
         match &self.what {
             EventKind::Applied { command, .. } => Some(command),
@@ -93,7 +93,7 @@ impl Event {
         }
     }
 
-    /// The knob that was changed, with its time, if one was.
+    /// Returns the knob that was changed, with its time, if one was.
     pub fn knob(&self) -> Option<TimedKnob> {
         match self.applied()? {
             Command::Set(knob) => Some(TimedKnob {
@@ -104,7 +104,7 @@ impl Event {
         }
     }
 
-    /// The knob that was set; for a node that crashed by itself, the crash of it.
+    /// Returns the knob that was set; for a node that crashed by itself, the crash of it.
     pub fn change(&self) -> Option<TimedKnob> {
         match &self.what {
             EventKind::Crashed { node, .. } => Some(TimedKnob {
@@ -115,7 +115,7 @@ impl Event {
         }
     }
 
-    /// The event as a command that repeats it, if it changed the result of the graph: a
+    /// Returns the event as a command that repeats it, if it changed the result of the graph: a
     /// run on the virtual clock with the same configuration and these commands is the
     /// same run.
     pub fn replayable(&self) -> Option<TimedCommand> {

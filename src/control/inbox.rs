@@ -42,7 +42,7 @@ impl Interrupt {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Whether somebody has asked.
+    /// Returns whether somebody has asked.
     pub fn is_asked(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
@@ -71,7 +71,7 @@ pub enum Received<T> {
 }
 
 impl Default for Inbox {
-    /// An inbox that stays empty.
+    /// Creates an inbox that stays empty.
     fn default() -> Self {
         Self::new(Vec::new()).1
     }
@@ -102,13 +102,16 @@ impl Inbox {
         self.interrupt = Some(interrupt.clone());
     }
 
-    /// Time of the next timed command; [`Time::MAX`] if there is none before the end.
+    /// Returns the time of the next timed command; [`Time::MAX`] if there is none before the end.
     pub fn next_timed(&self, end: Time) -> Time {
-        let next = self.timed.front().map(|timed| timed.at);
-        next.filter(|at| *at <= end).unwrap_or(Time::MAX)
+        self.timed
+            .front()
+            .map(|timed| timed.at)
+            .filter(|at| *at <= end)
+            .unwrap_or(Time::MAX)
     }
 
-    /// The next timed command, if one is before the end.
+    /// Returns the next timed command, if one is before the end.
     pub fn take_timed(&mut self, end: Time) -> Option<TimedCommand> {
         self.timed.pop_front_if(|timed| timed.at <= end)
     }
@@ -116,7 +119,7 @@ impl Inbox {
 
 #[cfg(not(feature = "model"))]
 impl Inbox {
-    /// Whether the run is to stop at once.
+    /// Returns whether the run is to stop at once.
     fn is_interrupted(&self) -> bool {
         self.interrupt.as_ref().is_some_and(Interrupt::is_asked)
     }

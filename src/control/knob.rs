@@ -60,28 +60,29 @@ macro_rules! knobs {
             /// All kinds.
             pub const ALL: [Self; [$($usage),+].len()] = [$(Self::$name),+];
 
-            /// The syntax of the knob's text: its name, whose it is, and its value.
+            /// Returns the syntax of the knob's text: its name, whose it is, and its value.
             pub fn usage(self) -> &'static str {
                 match self {
                     $(Self::$name => $usage,)+
                 }
             }
 
-            /// The unit after a number of its value, with a blank before it; empty if it has none.
+            /// Returns the unit after a number of its value, with a blank before it; empty if it
+            /// has none.
             pub fn unit(self) -> &'static str {
                 match self {
                     $(Self::$name => concat!($(" ", $unit)?),)+
                 }
             }
 
-            /// Whether it sets this of the ticks of its node.
+            /// Returns whether it sets this of the ticks of its node.
             pub fn sets(self, timing: TickTiming) -> bool {
                 match self {
                     $(Self::$name => [$(TickTiming::$timing)?].contains(&timing),)+
                 }
             }
 
-            /// Whether the knob belongs to a topic; otherwise it belongs to a node.
+            /// Returns whether the knob belongs to a topic; otherwise it belongs to a node.
             pub fn is_of_topic(self) -> bool {
                 let target = match self {
                     $(Self::$name => stringify!($target),)+
@@ -96,7 +97,7 @@ macro_rules! knobs {
                 }
             }
 
-            /// The knob of this kind for `target`, with the parts of its value.
+            /// Returns the knob of this kind for `target`, with the parts of its value.
             #[allow(unused_mut, unused_variables, reason = "some knobs have no value")]
             fn with(self, target: String, mut parts: Parts<'_>) -> Result<Knob, KnobError> {
                 Ok(match self {
@@ -116,14 +117,14 @@ macro_rules! knobs {
                 }
             }
 
-            /// Name of its node or topic.
+            /// Returns the name of its node or topic.
             pub fn target(&self) -> &str {
                 match self {
                     $(Self::$name { $target, .. } => $target,)+
                 }
             }
 
-            /// The parts of its value as text.
+            /// Returns the parts of its value as text.
             fn texts(&self) -> Vec<String> {
                 match self {
                     $(Self::$name { $($field,)* .. } => vec![$($field.to_text()),*],)+
@@ -288,38 +289,38 @@ impl KnobKind {
         self.usage().splitn(3, ' ').nth(number).unwrap_or_default()
     }
 
-    /// The first word of the knob's text.
+    /// Returns the first word of the knob's text.
     pub fn name(self) -> &'static str {
         self.word(0)
     }
 
-    /// The placeholder for its value in usage texts.
+    /// Returns the placeholder for its value in usage texts.
     pub fn value_name(self) -> &'static str {
         self.word(2)
     }
 
-    /// Whether its value may contain spaces.
+    /// Returns whether its value may contain spaces.
     pub fn takes_words(self) -> bool {
         matches!(self.parts(), [true] | [_, _, ..])
     }
 
-    /// Whether its value is a time, or a draw of one.
+    /// Returns whether its value is a time, or a draw of one.
     pub fn is_time(self) -> bool {
         self.unit() == " ms"
     }
 
-    /// Whether its value is a text for random times, such as `60..110`.
+    /// Returns whether its value is a text for random times, such as `60..110`.
     pub fn is_drawn(self) -> bool {
         self.is_time() && self.takes_words()
     }
 
-    /// Whether the schedule of a node obeys it; the others are of a topic, or the node itself obeys
-    /// them.
+    /// Returns whether the schedule of a node obeys it; the others are of a topic, or the node
+    /// itself obeys them.
     pub fn is_of_schedule(self) -> bool {
         !self.is_of_topic() && !matches!(self, Self::Send | Self::Parameter)
     }
 
-    /// Whether the knob is an event, without a value.
+    /// Returns whether the knob is an event, without a value.
     pub fn has_no_value(self) -> bool {
         self.parts().is_empty()
     }
@@ -345,7 +346,7 @@ impl KnobKind {
         self.with(target.to_owned(), parts)
     }
 
-    /// The error for a text without the parts of this kind.
+    /// Returns the error for a text without the parts of this kind.
     fn refused(self, text: &str) -> KnobError {
         let (text, expected) = (text.to_owned(), self.usage());
         KnobError::Shape { text, expected }
@@ -375,7 +376,8 @@ impl Parts<'_> {
 }
 
 impl Knob {
-    /// The random duration that it sets: what a tick takes, how late it starts, the delay of a link.
+    /// Returns the random duration that it sets: what a tick takes, how late it starts, the delay
+    /// of a link.
     pub fn draw(&self) -> Option<&Draw> {
         match self {
             Self::Link { link, .. } => Some(&link.delay),
@@ -385,7 +387,7 @@ impl Knob {
         }
     }
 
-    /// The same knob with another random duration, of a knob that sets one.
+    /// Returns the same knob with another random duration, of a knob that sets one.
     #[must_use]
     pub fn with_draw(mut self, draw: Draw) -> Self {
         match &mut self {
@@ -397,12 +399,12 @@ impl Knob {
         self
     }
 
-    /// Whether it makes all ticks of its node take time.
+    /// Returns whether it makes all ticks of its node take time.
     pub fn takes_time(&self) -> bool {
         matches!(self, Self::Takes { cost, .. } if !cost.draw.is_none())
     }
 
-    /// What it sets: its node or topic, with the name of a parameter.
+    /// Returns what it sets: its node or topic, with the name of a parameter.
     pub fn subject(&self) -> Cow<'_, str> {
         match self {
             Self::Parameter { node, name, .. } => format!("{node} {name}").into(),
@@ -410,7 +412,7 @@ impl Knob {
         }
     }
 
-    /// Its value as text.
+    /// Returns its value as text.
     pub fn value(&self) -> String {
         match self {
             Self::Parameter { value, .. } => value.clone(),
@@ -418,8 +420,8 @@ impl Knob {
         }
     }
 
-    /// The value `before` this knob was set, as the log of a run has it; `before` is the knob that
-    /// sets it again.
+    /// Returns the value `before` this knob was set, as the log of a run has it; `before` is the
+    /// knob that sets it again.
     pub(crate) fn replaced(&self, before: &Self) -> String {
         match before {
             _ if matches!(self, Self::Lose { .. }) => "not lost".to_owned(),
@@ -434,7 +436,7 @@ impl Knob {
         }
     }
 
-    /// Whether `other` changes the same setting, to any value.
+    /// Returns whether `other` changes the same setting, to any value.
     pub fn is_of(&self, other: &Self) -> bool {
         let same = self.kind() == other.kind() && self.subject() == other.subject();
         same && self.message() == other.message()
@@ -481,12 +483,12 @@ impl FromStr for Knob {
     }
 }
 
-/// The possible first words of a knob.
+/// Returns the possible first words of a knob.
 fn names() -> String {
     alternatives(&KnobKind::ALL.map(KnobKind::name))
 }
 
-/// The first word of `text` and the rest, if there is a rest.
+/// Returns the first word of `text` and the rest, if there is a rest.
 fn first_word(text: &str) -> Option<(&str, &str)> {
     let (word, rest) = text.trim().split_once(char::is_whitespace)?;
     Some((word, rest.trim_start()))

@@ -17,7 +17,7 @@ pub(super) trait KnobPart: Sized {
     /// Reads it from text; an error without a text of its own is about the whole knob.
     fn read(text: &str) -> Result<Self, Option<String>>;
 
-    /// Its text.
+    /// Returns its text.
     fn to_text(&self) -> String;
 }
 
@@ -90,7 +90,7 @@ parts! {
     ClockError: true,
 }
 
-/// A part whose type has an error of its own.
+/// Returns a part whose type has an error of its own.
 fn parsed<P: FromStr<Err: ToString>>(text: &str) -> Result<P, Option<String>> {
     text.parse()
         .map_err(|error: P::Err| Some(error.to_string()))

@@ -8,3 +8,4 @@ pub mod knob;
 mod knob_part;
 pub mod refusal;
 pub mod state;
+pub mod writer;

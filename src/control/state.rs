@@ -3,13 +3,11 @@
 use std::{fmt, sync::OnceLock};
 
 use super::{
-    command::{ClockKind, Command, Speed},
-    event::{Event, EventKind},
-    knob::Knob,
-    refusal::KnobRefusal,
+    command::{ClockKind, Speed},
+    event::Event,
 };
 use crate::{
-    journal::{Entries, Journal},
+    journal::Journal,
     shared::Shared,
     sync::{
         Arc, Instant, Mutex,
@@ -30,7 +28,8 @@ pub struct Status {
     pub speed: Speed,
 }
 
-/// State of a run: written by its clock, read from any thread without slowing it.
+/// State of a run: read from any thread without slowing it. Its clock writes it with a
+/// [`RunWriter`](crate::clock::RunWriter).
 ///
 /// ```
 /// use std::thread;
@@ -51,147 +50,48 @@ pub struct Status {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct RunState {
-    now: AtomicU64,
-    status: Mutex<Status>,
+    pub(super) now: AtomicU64,
+    pub(super) status: Mutex<Status>,
     /// In turns, because its order is part of the run. Only rare events lock it, never a tick.
-    events: Shared<Vec<Event>>,
+    pub(super) events: Shared<Vec<Event>>,
     /// Keeps what the threads of the real clock do, if anybody wants that.
-    journal: OnceLock<Arc<dyn Journal>>,
+    pub(super) journal: OnceLock<Arc<dyn Journal>>,
     /// The moment of run time zero, while a real clock runs the graph.
-    zero: Mutex<Option<Instant>>,
+    pub(super) zero: Mutex<Option<Instant>>,
     /// Whether run time may wait for observers.
-    waits: AtomicBool,
+    pub(super) waits: AtomicBool,
 }
 
 impl RunState {
-    /// A run at its beginning.
-    pub fn new(status: Status) -> Self {
-        Self {
-            now: AtomicU64::new(0),
-            status: Mutex::new(status),
-            events: Shared::new("the event log", Vec::new()),
-            journal: OnceLock::new(),
-            zero: Mutex::new(None),
-            waits: AtomicBool::new(false),
-        }
-    }
-
-    /// Run time of the last tick or command.
+    /// Returns the run time of the last tick or command.
     pub fn now(&self) -> Time {
         Time::from_nanos(self.now.load(Ordering::Relaxed))
     }
 
-    /// Sets run time to `now`.
-    pub fn set_now(&self, now: Time) {
-        self.now.store(now.as_nanos(), Ordering::Relaxed);
-    }
-
-    /// Advances run time to at least `now`.
-    pub fn advance_to(&self, now: Time) {
-        self.now.fetch_max(now.as_nanos(), Ordering::Relaxed);
-    }
-
-    /// The state of the graph's clock.
+    /// Returns the state of the graph's clock.
     pub fn status(&self) -> Status {
         *lock(&self.status)
     }
 
-    /// Changes the state of the clock.
-    pub fn update(&self, change: impl FnOnce(&mut Status)) {
-        change(&mut lock(&self.status));
-    }
-
-    /// The moment of run time zero under the real clock; `None` in virtual time, before
+    /// Returns the moment of run time zero under the real clock; `None` in virtual time, before
     /// the run and during a pause.
     pub fn zero(&self) -> Option<Instant> {
         *lock(&self.zero)
     }
 
-    /// Sets the wall time of run time zero.
-    pub fn set_zero(&self, zero: Option<Instant>) {
-        *lock(&self.zero) = zero;
-    }
-
-    /// Whether run time may wait for observers: wall time must not, but virtual time may.
+    /// Returns whether run time may wait for observers: wall time must not, but virtual time may.
     pub fn waits(&self) -> bool {
         self.waits.load(Ordering::Relaxed)
     }
 
-    /// Sets whether run time may wait for observers.
-    pub fn set_waits(&self, waits: bool) {
-        self.waits.store(waits, Ordering::Relaxed);
-    }
-}
-
-/// Its events.
-impl RunState {
     /// Commands, ends and presences of other processes so far, starting with number `first`.
     pub fn events(&self, first: usize) -> Vec<Event> {
         self.events.peek().iter().skip(first).cloned().collect()
     }
 
-    /// Adds an event; returns its position.
-    pub fn note(&self, at: Time, what: EventKind) -> usize {
-        let mut events = self.events.lock();
-        events.push(Event { at, what });
-        events.len() - 1
-    }
-
-    /// Logs that a node in another process appeared or fell silent.
-    pub fn note_presence(&self, at: Time, node: &str, present: bool, what: &str) {
-        let (node, what) = (node.to_owned(), what.to_owned());
-        let presence = EventKind::Presence {
-            node,
-            present,
-            what,
-        };
-        self.note(at, presence);
-    }
-
-    pub(crate) fn log_applied(&self, at: Time, command: &Command, was: Option<String>) -> usize {
-        let command = command.clone();
-        self.note(at, EventKind::Applied { command, was })
-    }
-
-    /// Logs that `command` was refused; returns the position of the event.
-    pub fn log_refused(&self, at: Time, command: &Command, reason: impl Into<String>) -> usize {
-        let (command, reason) = (command.clone(), reason.into());
-        self.note(at, EventKind::Refused { command, reason })
-    }
-
-    /// Logs a node's answer to `command`: the replaced value, or the reason for its
-    /// refusal.
-    pub(crate) fn log_answered(
-        &self,
-        at: Time,
-        command: &Command,
-        answer: Result<Option<Knob>, KnobRefusal>,
-    ) -> usize {
-        match answer {
-            Ok(before) => self.log_applied(at, command, command.replaced(before.as_ref())),
-            Err(reason) => self.log_refused(at, command, reason.to_string()),
-        }
-    }
-}
-
-/// Its journal.
-impl RunState {
-    /// The journal of the run; if it has none, what `make` returns from now on.
+    /// Returns the journal of the run; if it has none, what `make` returns from now on.
     pub fn journal_or(&self, make: impl FnOnce() -> Arc<dyn Journal>) -> Arc<dyn Journal> {
         self.journal.get_or_init(make).clone()
-    }
-
-    /// Begins a stretch of threads, for so many `nodes` and for what supervises them.
-    pub fn begin_threads(&self, nodes: usize) {
-        if let Some(journal) = self.journal.get() {
-            journal.begin(nodes);
-        }
-    }
-
-    /// The entries of thread number `thread`: that which supervises, then the nodes.
-    pub fn entries_of(&self, thread: usize) -> Entries {
-        let journal = self.journal.get();
-        Entries::new(journal.map(|journal| journal.thread(thread)))
     }
 }
 

@@ -6,11 +6,7 @@ use super::{
 };
 use crate::{
     arrival::Arrival,
-    control::{
-        knob::Knob,
-        refusal::KnobRefusal,
-        state::{RunState, Status},
-    },
+    control::{knob::Knob, refusal::KnobRefusal, state::Status, writer::RunWriter},
     record::RecordSender,
     settings::draw::Draw,
     sync::Arc,
@@ -21,7 +17,7 @@ use crate::{
 /// The part of a graph that commands change and observers read: everything except the
 /// nodes, which may be away on their threads.
 pub(crate) struct ControlPlane {
-    pub(crate) state: Arc<RunState>,
+    pub(crate) state: RunWriter,
     /// That of the state, which its only writer reads without a lock.
     pub(crate) status: Status,
     pub(super) nodes: Vec<NodeTopology>,
@@ -76,17 +72,17 @@ impl ControlPlane {
         known.ok_or_else(|| unknown("node", name, names))
     }
 
-    /// Name of the node with this index.
+    /// Returns the name of the node with this index.
     pub(crate) fn name(&self, node: usize) -> &str {
         &self.nodes[node].name
     }
 
-    /// Whether some of the nodes run in other processes.
+    /// Returns whether some of the nodes run in other processes.
     pub(crate) fn is_part(&self) -> bool {
         self.remote.contains(&true)
     }
 
-    /// The index of a node called `name` that runs here.
+    /// Returns the index of a node called `name` that runs here.
     ///
     /// # Errors
     /// The reason, with the available alternatives.
@@ -131,11 +127,12 @@ impl ControlPlane {
             .for_each(|topic| topic.topic.deliver(now));
     }
 
-    /// The messages in flight on all topics that arrive after `now`, for the nodes that they
-    /// trigger, in the order of arrival.
+    /// Returns the messages in flight on all topics that arrive after `now`, for the nodes that
+    /// they trigger, in the order of arrival.
     pub(crate) fn arrivals_after(&self, now: Time) -> Vec<Arrival> {
-        let topics = self.topics.iter();
-        let mut arrivals: Vec<Arrival> = topics
+        let mut arrivals: Vec<Arrival> = self
+            .topics
+            .iter()
             .flat_map(|topic| topic.topic.arrivals_after(now))
             .collect();
         arrivals.sort_by_key(|arrival| arrival.at);
@@ -177,7 +174,7 @@ impl ControlPlane {
     }
 }
 
-/// The refusal of an unknown name of a `kind`, with the known names.
+/// Returns the refusal of an unknown name of a `kind`, with the known names.
 fn unknown<'n>(
     kind: &'static str,
     name: &str,

@@ -75,7 +75,7 @@ impl Graph {
         Ok(())
     }
 
-    /// The index of a member, if the executor can have it.
+    /// Returns the index of a member, if the executor can have it.
     fn index_for(&self, team: &Team, number: usize, name: &str) -> Result<usize, GraphError> {
         let mut nodes = self.control.nodes.iter();
         let known = nodes.position(|node| node.name == name);
@@ -102,13 +102,13 @@ impl Graph {
         self.cores = cores;
     }
 
-    /// Why the graph cannot run under this clock, with the remedy.
+    /// Returns why the graph cannot run under this clock, with the remedy.
     pub fn refusal_of(&self, clock: ClockKind) -> Option<String> {
         let (node, why) = self.needs_virtual_time()?;
         (clock == ClockKind::Real).then(|| format!("{node}: {why}"))
     }
 
-    /// The node that the real clock cannot run, with the reason and the remedy.
+    /// Returns the node that the real clock cannot run, with the reason and the remedy.
     pub fn needs_virtual_time(&self) -> Option<(String, String)> {
         let mut spare = self.cores.unwrap_or(0);
         self.schedule.task_sets().iter().find_map(|task_set| {

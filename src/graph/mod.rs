@@ -27,6 +27,7 @@ use crate::{
         knob::Knob,
         refusal::KnobRefusal,
         state::{RunState, Status},
+        writer::RunWriter,
     },
     node::{Node, NodeSlot, Rebuild, Tick},
     qos::Depth,
@@ -134,7 +135,7 @@ impl Graph {
             slots: Vec::new(),
             schedule: Schedule::new(ClockKind::Virtual, Vec::new()),
             control: ControlPlane {
-                state: Arc::new(RunState::new(status)),
+                state: RunWriter::new(status),
                 status,
                 nodes: Vec::new(),
                 remote: Vec::new(),
@@ -147,7 +148,7 @@ impl Graph {
         }
     }
 
-    /// A topic for nodes of this graph, which keeps its newest message.
+    /// Returns a topic for nodes of this graph, which keeps its newest message.
     pub fn topic<T: Payload>(&self, name: &str) -> Topic<T> {
         Topic::new(name, Depth::ONE)
     }
@@ -246,7 +247,7 @@ impl Graph {
         let name = Arc::<str>::from(new.name);
         let member = new.member(name.clone(), index, intakes.len(), &ends);
         let trigger = match new.release {
-            Release::Every(_) => None,
+            Release::AtRate(_) => None,
             Release::On(matching) => Some(Trigger::new(matching, intakes)),
         };
         let rate = Rate::new(new.release.hz(), self.now());
@@ -257,18 +258,24 @@ impl Graph {
         Ok(())
     }
 
-    /// The sink of the graph's records; if it has none, what `make` returns from now on. A graph
-    /// has one sink for all of its life.
+    /// Returns the sink of the graph's records; if it has none, what `make` returns from now on. A
+    /// graph has one sink for all of its life.
     pub fn sink_or(&self, make: impl FnOnce() -> Arc<dyn Sink>) -> Arc<dyn Sink> {
         self.control.records.sink_or(make)
     }
 
-    /// The state of the run, for reading it from any thread.
+    /// Returns the state of the run, for reading it from any thread.
     pub fn state(&self) -> Arc<RunState> {
+        self.control.state.state()
+    }
+
+    /// Returns the writing end of that state: for clocks, and for what hears of nodes in other
+    /// processes.
+    pub fn run_writer(&self) -> RunWriter {
         self.control.state.clone()
     }
 
-    /// The nodes, topics and connections, with their rates and depths in force.
+    /// Returns the nodes, topics and connections, with their rates and depths in force.
     pub fn topology(&self) -> Topology {
         let nodes = self.control.nodes.iter();
         let topics = self.control.topics.iter();
@@ -277,28 +284,31 @@ impl Graph {
             topics: topics.map(WiredTopic::topology).collect(),
         };
         let rates = topology.rates(|node| self.schedule.state(node, self.now()).hz);
-        let nodes = topology.nodes.iter_mut().zip(rates);
-        nodes.for_each(|(node, hz)| node.hz = hz);
+        topology
+            .nodes
+            .iter_mut()
+            .zip(rates)
+            .for_each(|(node, hz)| node.hz = hz);
         topology
     }
 
-    /// Number of its nodes.
+    /// Returns the number of its nodes.
     pub fn node_count(&self) -> usize {
         self.slots.len()
     }
 
-    /// Whether this process runs the node with this index.
+    /// Returns whether this process runs the node with this index.
     pub fn is_here(&self, node: usize) -> bool {
         self.control.remote.get(node) == Some(&false)
     }
 
-    /// Whether the node with this index crashed without a restart since.
+    /// Returns whether the node with this index crashed without a restart since.
     pub fn is_crashed(&self, node: usize) -> bool {
         node < self.slots.len() && self.schedule.state(node, self.now()).crashed
     }
 
-    /// The messages in flight that arrive after `now`, for nodes that have run elsewhere: what was
-    /// delivered waits in the queues.
+    /// Returns the messages in flight that arrive after `now`, for nodes that have run elsewhere:
+    /// what was delivered waits in the queues.
     pub(crate) fn in_flight(&self, now: Time) -> Vec<Arrival> {
         self.arrivals.take();
         self.control.arrivals_after(now)

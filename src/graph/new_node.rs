@@ -17,7 +17,7 @@ pub(super) struct NewNode<'a> {
 }
 
 impl<'a> NewNode<'a> {
-    /// A node that runs in this process.
+    /// Returns a node that runs in this process.
     ///
     /// # Errors
     /// [`GraphError`] if the release is not valid.

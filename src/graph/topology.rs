@@ -59,23 +59,23 @@ pub struct TopicTopology {
 }
 
 impl Topology {
-    /// Index of the node called `name`.
+    /// Returns the index of the node called `name`.
     pub fn node(&self, name: &str) -> Option<usize> {
         self.nodes.iter().position(|node| node.name == name)
     }
 
-    /// Index of the topic called `name`.
+    /// Returns the index of the topic called `name`.
     pub fn topic(&self, name: &str) -> Option<usize> {
         self.topics.iter().position(|topic| topic.name == name)
     }
 
-    /// The rate in force of each node, a node with a timer has its `own`; see
+    /// Returns the rate in force of each node, a node with a timer has its `own`; see
     /// [`ticks_per_second`](Self::ticks_per_second).
     pub fn rates(&self, own: impl Fn(usize) -> Hz) -> Vec<Hz> {
         self.micro_rates(own).map(Hz::from_micro).collect()
     }
 
-    /// The ticks per second of each node, a node with a timer has its `own`. For a node
+    /// Returns the ticks per second of each node, a node with a timer has its `own`. For a node
     /// that messages trigger it is that of the messages: of all publishers of a topic together,
     /// and of several topics the slowest. They may be more than one node's rate can be.
     pub fn ticks_per_second(&self, own: impl Fn(usize) -> Hz) -> Vec<f64> {
@@ -116,8 +116,9 @@ impl Topology {
     fn rate_of_messages(&self, node: usize, known: &[Option<u64>]) -> u64 {
         let topics = self.nodes[node].triggers.iter();
         let rates = topics.map(|topic| {
-            let publishers = self.topics[*topic].publishers.iter();
-            publishers
+            self.topics[*topic]
+                .publishers
+                .iter()
                 .filter_map(|publisher| known[*publisher])
                 .sum::<u64>()
         });

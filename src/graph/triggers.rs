@@ -12,8 +12,8 @@ pub(super) fn check(
     let name = new.name;
     match (&new.release, triggers) {
         (Release::On(_), []) => Err(GraphError::NoTrigger(name.to_owned())),
-        (Release::Every(_), [_, ..]) => Err(GraphError::TriggerAtRate(name.to_owned())),
-        (Release::Every(_), []) => Ok(()),
+        (Release::AtRate(_), [_, ..]) => Err(GraphError::TriggerAtRate(name.to_owned())),
+        (Release::AtRate(_), []) => Ok(()),
         (Release::On(_), triggers) => match graph.circle(name, triggers, publishes) {
             Some(circle) => Err(GraphError::TriggerCycle(circle)),
             None => Ok(()),
@@ -22,8 +22,8 @@ pub(super) fn check(
 }
 
 impl ControlPlane {
-    /// The way from the topics that a new node publishes to the topics that trigger it, through
-    /// nodes that messages trigger.
+    /// Returns the way from the topics that a new node publishes to the topics that trigger it,
+    /// through nodes that messages trigger.
     fn circle(&self, name: &str, triggers: &[usize], publishes: &[usize]) -> Option<String> {
         // Each topic to look at, with the node that led there.
         let mut ways: Vec<(usize, Option<usize>)> =
@@ -37,8 +37,11 @@ impl ControlPlane {
             for (node, entry) in self.nodes.iter().enumerate() {
                 if led[node].is_none() && entry.triggers.contains(&topic) {
                     led[node] = Some(from);
-                    let topics = self.topics.iter().enumerate();
-                    let its = topics.filter(|(_, known)| known.publishers.contains(&node));
+                    let its = self
+                        .topics
+                        .iter()
+                        .enumerate()
+                        .filter(|(_, known)| known.publishers.contains(&node));
                     ways.extend(its.map(|(topic, _)| (topic, Some(node))));
                 }
             }
@@ -46,7 +49,7 @@ impl ControlPlane {
         None
     }
 
-    /// The names of the nodes on the way that ends at node `last`.
+    /// Returns the names of the nodes on the way that ends at node `last`.
     fn way(&self, name: &str, last: Option<usize>, led: &[Option<Option<usize>>]) -> String {
         let (mut names, mut next) = (vec![name], last);
         while let Some(node) = next {

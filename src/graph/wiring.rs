@@ -85,7 +85,7 @@ impl<'g> Wiring<'g> {
         }
     }
 
-    /// Whether the node is built once more, with the ends that it had.
+    /// Returns whether the node is built once more, with the ends that it had.
     fn is_again(&self) -> bool {
         self.arrivals.is_none()
     }
@@ -152,8 +152,8 @@ impl<'g> Wiring<'g> {
         self.reads.push(index);
     }
 
-    /// A duration that the node measures, shown under `name`. One that ends with an action is
-    /// measured in [`Node::apply`](crate::Node::apply), when the tick is over.
+    /// Returns a duration that the node measures, shown under `name`. One that ends with an action
+    /// is measured in [`Node::apply`](crate::Node::apply), when the tick is over.
     pub fn meter(&mut self, name: &str) -> MeterRecorder {
         let meters = &mut self.ends.meters;
         let known = meters.iter().position(|known| known == name);
@@ -177,7 +177,7 @@ impl<'g> Wiring<'g> {
         self.fixed = Fixed { kinds, reason };
     }
 
-    /// The next reader of `topic` that the former node had.
+    /// Returns the next reader of `topic` that the former node had.
     fn former_reader<T: Payload>(&mut self, topic: &Topic<T>) -> Option<usize> {
         let address = topic.address();
         let mut readers = self.ends.readers.iter();
@@ -185,7 +185,7 @@ impl<'g> Wiring<'g> {
         Some(self.ends.readers.remove(place).1)
     }
 
-    /// The place of the next reader of `topic` among all.
+    /// Returns the place of the next reader of `topic` among all.
     fn next_reader<T: Payload>(&self, topic: &Topic<T>) -> usize {
         let address = topic.address();
         let known = self.known.iter().find(|known| known.address == address);
@@ -193,11 +193,12 @@ impl<'g> Wiring<'g> {
         known.map_or(0, |known| known.readers.len()) + own.count()
     }
 
-    /// The index of `topic`, which may be new to the graph.
+    /// Returns the index of `topic`, which may be new to the graph.
     fn index_of<T: Payload>(&mut self, topic: &Topic<T>) -> usize {
         let address = topic.address();
-        let mut topics = self.known.iter().chain(&self.new);
-        topics
+        self.known
+            .iter()
+            .chain(&self.new)
             .position(|known| known.address == address)
             .unwrap_or_else(|| {
                 self.new.push(WiredTopic::new(topic));

@@ -18,7 +18,7 @@ pub trait Journal: Any + Send + Sync {
     /// Threads start, for so many `nodes`.
     fn begin(&self, nodes: usize);
 
-    /// The entries of thread number `thread`.
+    /// Returns the entries of thread number `thread`.
     fn thread(&self, thread: usize) -> Arc<dyn ThreadJournal>;
 }
 
@@ -127,7 +127,7 @@ pub enum End {
 }
 
 impl Entry {
-    /// Run time of the entry; `None` for an entry without a time.
+    /// Returns the run time of the entry; `None` for an entry without a time.
     pub fn at(&self) -> Option<Time> {
         match self {
             Self::Look { at, .. }

@@ -24,7 +24,7 @@ pub struct LockName(u32);
 static NAMES: LazyLock<Mutex<Vec<Arc<str>>>> = LazyLock::new(Mutex::default);
 
 impl LockName {
-    /// The number of `name`.
+    /// Creates the number of `name`.
     pub fn new(name: &str) -> Self {
         let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
         let known = names.iter().position(|known| &**known == name);
@@ -35,7 +35,7 @@ impl LockName {
         Self(index as u32)
     }
 
-    /// The name.
+    /// Returns the name.
     pub fn text(self) -> Arc<str> {
         let names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
         names.get(self.0 as usize).cloned().unwrap_or_default()
@@ -55,14 +55,14 @@ pub struct Operation {
 
 /// Knows the turns that a thread is to have.
 pub trait TurnFollower {
-    /// The turn for the next operation of the thread, on `lock`; `None` if it is free to do
+    /// Returns the turn for the next operation of the thread, on `lock`; `None` if it is free to do
     /// anything, because this run is not the recorded one.
     fn next(&self, lock: LockName) -> Option<u64>;
 
     /// The turn of `lock` that the thread was to have was taken by another.
     fn missed(&self, lock: LockName, turn: u64);
 
-    /// Whether the thread is free to do anything.
+    /// Returns whether the thread is free to do anything.
     fn is_free(&self) -> bool;
 
     /// The thread waits for its turn, or waits no more.

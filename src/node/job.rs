@@ -32,7 +32,7 @@ impl Job {
     /// An unknown lateness.
     const UNKNOWN: u64 = u64::MAX;
 
-    /// A job for this member of a task set.
+    /// Creates a job for this member of a task set.
     pub(crate) fn new(member: usize, kind: JobKind) -> Self {
         Self {
             lateness: Self::UNKNOWN,
@@ -43,7 +43,7 @@ impl Job {
 
     /// Sets how late its tick begins, if that is known.
     #[must_use]
-    pub(crate) fn late(self, lateness: Option<Duration>) -> Self {
+    pub(crate) fn with_lateness(self, lateness: Option<Duration>) -> Self {
         let nanos = lateness.map(|late| u64::try_from(late.as_nanos()).unwrap_or(u64::MAX - 1));
         Self {
             lateness: nanos.unwrap_or(Self::UNKNOWN),
@@ -51,7 +51,7 @@ impl Job {
         }
     }
 
-    /// The node, by its number in the task set.
+    /// Returns the node, by its number in the task set.
     pub(crate) fn member(self) -> usize {
         self.member as usize
     }

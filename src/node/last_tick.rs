@@ -26,7 +26,7 @@ impl LastTick {
         self.0.store(nanos, Ordering::Relaxed);
     }
 
-    /// The duration of the tick that was over since the last call, if one was.
+    /// Returns the duration of the tick that was over since the last call, if one was.
     pub fn take(&self) -> Option<Duration> {
         let nanos = self.0.swap(Self::NONE, Ordering::Relaxed);
         (nanos != Self::NONE).then(|| Duration::from_nanos(nanos))

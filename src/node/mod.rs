@@ -54,7 +54,7 @@ pub type TickResult = Result<Flow, NodeError>;
     note = "end a tick that uses `?` with `Ok(Flow::Continue)`"
 )]
 pub trait IntoTickResult {
-    /// The result of the tick.
+    /// Returns the result of the tick.
     ///
     /// # Errors
     /// The failure of the node.

@@ -24,7 +24,7 @@ impl StampClock {
         self.is_own.store(true, Ordering::Relaxed);
     }
 
-    /// What it shows at run time `now`.
+    /// Returns what it shows at run time `now`.
     #[inline]
     pub(crate) fn shows(&self, now: Time) -> Time {
         if self.is_own.load(Ordering::Relaxed) {

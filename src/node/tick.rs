@@ -74,8 +74,8 @@ enum Effect {
 }
 
 impl Tick {
-    /// A tick at run time `now` outside of a graph: for tests, and for whoever publishes to a running
-    /// graph or reads from it.
+    /// Returns a tick at run time `now` outside of a graph: for tests, and for whoever publishes to
+    /// a running graph or reads from it.
     pub fn at(now: Time) -> Self {
         Self {
             now,
@@ -147,19 +147,19 @@ impl Tick {
         self.reads.clear();
     }
 
-    /// Its number, counted from zero.
+    /// Returns its number, counted from zero.
     #[inline]
     pub fn number(&self) -> u64 {
         self.id.map_or(0, |id| id.number)
     }
 
-    /// Run time: the start of the tick; in [`Node::apply`](crate::Node::apply) its end.
+    /// Returns the run time: the start of the tick; in [`Node::apply`](crate::Node::apply) its end.
     #[inline]
     pub fn now(&self) -> Time {
         self.now
     }
 
-    /// What the node's own clock shows now, by which its messages are stamped.
+    /// Returns what the node's own clock shows now, by which its messages are stamped.
     #[inline]
     pub fn stamp(&self) -> Time {
         self.clock.shows(self.now)
@@ -267,7 +267,7 @@ impl Tick {
         self.send(to, data, publication);
     }
 
-    /// What a message is derived from that has the data of this read.
+    /// Returns what a message is derived from that has the data of this read.
     fn derived(&self, behind: Option<&LastRead>) -> Derived {
         match behind {
             // What else this tick reads comes later.
@@ -288,8 +288,8 @@ impl Tick {
         }
     }
 
-    /// A message that is published now with the data of this read; without one its data begin with
-    /// this tick.
+    /// Returns a message that is published now with the data of this read; without one its data
+    /// begin with this tick.
     #[inline]
     fn publication(&self, behind: Option<&LastRead>) -> Publication {
         Publication {
@@ -302,8 +302,8 @@ impl Tick {
         }
     }
 
-    /// The newest data that the node has read; `None` before it has read any. Of several sources the
-    /// first node counts.
+    /// Returns the newest data that the node has read; `None` before it has read any. Of several
+    /// sources the first node counts.
     #[inline]
     fn behind(&self) -> Option<&LastRead> {
         self.reads.iter().reduce(|known, read| {
@@ -315,7 +315,7 @@ impl Tick {
         })
     }
 
-    /// The age of the newest data that the node has read; `None` before it has read any.
+    /// Returns the age of the newest data that the node has read; `None` before it has read any.
     pub fn age(&self) -> Option<Duration> {
         Some(self.now.since(self.behind()?.cause.sensed))
     }

@@ -38,7 +38,7 @@ pub(super) struct AgendaItem {
 }
 
 impl AgendaItem {
-    /// The phase of an alarm; `None` for an arrival.
+    /// Returns the phase of an alarm; `None` for an arrival.
     pub(super) fn phase(&self) -> Option<Phase> {
         use Phase::{End, Start, Timer};
         [Some(End), None, Some(Timer), Some(Start)][(self.order >> Phase::SHIFT) as usize]
@@ -141,7 +141,7 @@ impl Agenda {
         self.buckets[bucket].push(item);
     }
 
-    /// A new bucket for an instant.
+    /// Returns a new bucket for an instant.
     fn bucket(&mut self, at: Time) -> usize {
         let bucket = self.free.pop().unwrap_or_else(|| {
             self.buckets.push(Vec::new());
@@ -158,7 +158,7 @@ impl Agenda {
         bucket
     }
 
-    /// Run time of the first event; [`Time::MAX`] without one.
+    /// Returns the run time of the first event; [`Time::MAX`] without one.
     #[inline]
     pub(super) fn next_at(&self) -> Time {
         match self.batch.get(self.done) {
@@ -167,7 +167,7 @@ impl Agenda {
         }
     }
 
-    /// The first instant after the one that came.
+    /// Returns the first instant after the one that came.
     #[inline]
     fn first(&self) -> Option<InstantKey> {
         let instants = self.instants.as_slice();

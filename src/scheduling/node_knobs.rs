@@ -5,7 +5,7 @@ use super::{
     timetable::{Member, SchedulerEvent},
 };
 use crate::{
-    control::{event::EventKind, knob::Knob, refusal::KnobRefusal, state::RunState},
+    control::{event::EventKind, knob::Knob, refusal::KnobRefusal, writer::RunWriter},
     node::{Fault, Flow, NodeCrash, NodeSlot, TickResult},
     record::NodeRecord,
     time::Time,
@@ -105,8 +105,9 @@ impl Schedule {
         Ok(was)
     }
 
-    /// The outcome of a tick for the run, from the tick's own `outcome`. After a [`NodeCrash`] the
-    /// node is crashed from the tick's begin on, the log has the cause, and the run goes on.
+    /// Returns the outcome of a tick for the run, from the tick's own `outcome`. After a
+    /// [`NodeCrash`] the node is crashed from the tick's begin on, the log has the cause, and the
+    /// run goes on.
     ///
     /// # Errors
     /// [`Fault`] for any other failure of the tick.
@@ -117,7 +118,7 @@ impl Schedule {
         node: usize,
         at: Time,
         outcome: TickResult,
-        state: &RunState,
+        state: &RunWriter,
     ) -> Result<Flow, Fault> {
         match outcome {
             Ok(flow) => Ok(flow),
@@ -138,7 +139,7 @@ impl Schedule {
         self.member(node).name.to_string()
     }
 
-    /// The knob that brings a node to where it is: running or crashed.
+    /// Returns the knob that brings a node to where it is: running or crashed.
     fn condition(&self, index: usize) -> Knob {
         let node = self.name(index);
         if self.state(index, Time::ZERO).crashed {

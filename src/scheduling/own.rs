@@ -23,10 +23,20 @@ pub(crate) struct Own {
     is_let: bool,
     /// A due tick that has not started yet.
     waiting: Option<Waiting>,
-    /// Run time of its last late start: due times up to then passed before.
+    /// Run time at which it last stopped waiting: its thread is awake, so that a tick that is due
+    /// then is not late again.
     woke: Option<Time>,
     /// Whether it has heard of a message that it may not have taken.
     heard: bool,
+}
+
+/// What the thread of a node does as something happens to the node.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Thread {
+    /// It sleeps, and wakes late where a lateness is set.
+    Asleep,
+    /// It works on the node, or has just done so.
+    Awake,
 }
 
 /// A late tick.
@@ -47,7 +57,7 @@ impl Own {
         }
     }
 
-    /// A node whose ticks last to the end of their period.
+    /// Creates a node whose ticks last to the end of their period.
     pub(crate) fn new_let(task: Task) -> Self {
         Self {
             is_let: true,
@@ -55,12 +65,11 @@ impl Own {
         }
     }
 
-    /// Run time until which no other tick can start; `None` if it is free.
+    /// Returns the run time until which no other tick can start; `None` if it is free.
     fn busy_until(&self) -> Option<Time> {
-        let waiting = self
-            .waiting
-            .map(|waiting| waiting.starts + Time::RESOLUTION);
-        waiting.or(self.task.running.map(|running| running.ends))
+        self.waiting
+            .map(|waiting| waiting.starts + Time::RESOLUTION)
+            .or(self.task.running.map(|running| running.ends))
     }
 
     /// Counts the due times before `end` that pass during the current tick.
@@ -70,17 +79,10 @@ impl Own {
         }
     }
 
-    /// Delays a tick that is due now by its lateness; `false` if it can start now.
-    fn delay_start(&mut self, due: Time, now: Time) -> bool {
-        let starts = now + self.task.lateness();
-        self.waiting = (starts > now).then_some(Waiting { due, starts });
-        self.waiting.is_some()
-    }
-
     /// Plans what it has begun or may begin next: when it is due, or now if a message waits; late
-    /// in virtual time if its thread was `asleep`.
+    /// in virtual time if its `thread` sleeps.
     #[inline]
-    fn arm(&mut self, asleep: bool, timetable: &mut Timetable<'_>) {
+    fn arm(&mut self, thread: Thread, timetable: &mut Timetable<'_>) {
         let now = timetable.now();
         if self.task.crashed {
             return;
@@ -91,14 +93,16 @@ impl Own {
         let is_virtual = timetable.clock() == ClockKind::Virtual;
         let waits = match &self.task.trigger {
             // The end of a tick comes before what arrives at the same instant.
-            Some(_) if is_virtual && !asleep => self.heard,
+            Some(_) if is_virtual && thread == Thread::Awake => self.heard,
             Some(trigger) => trigger.oldest(now).is_some(),
             None => false,
         };
-        let waits = waits && self.waiting.is_none();
-        if waits && !(is_virtual && asleep && self.delay_start(now, now)) {
-            let (due, starts) = (now, now);
-            self.waiting = Some(Waiting { due, starts });
+        if waits && self.waiting.is_none() {
+            let starts = match thread {
+                Thread::Asleep if is_virtual => now + self.task.lateness(),
+                _ => now,
+            };
+            self.waiting = Some(Waiting { due: now, starts });
         }
         let starts = self.waiting.map(|waiting| waiting.starts);
         timetable.alarm(starts.unwrap_or_else(|| self.task.due()), Phase::Start, 0);
@@ -134,36 +138,39 @@ impl Own {
                 let due = self.task.take_due();
                 self.task.skip_same_instant(due, timetable);
                 // A thread that did not sleep when the tick was due does not wake late.
-                if is_virtual && due == now && self.woke != Some(now) && self.delay_start(due, now)
-                {
-                    self.arm(false, timetable);
-                    return None;
+                if is_virtual && due == now && self.woke != Some(now) {
+                    let starts = now + self.task.lateness();
+                    if starts > now {
+                        self.waiting = Some(Waiting { due, starts });
+                        self.arm(Thread::Awake, timetable);
+                        return None;
+                    }
                 }
                 Some(due)
             }
         };
         if due.is_none() {
-            self.arm(false, timetable);
+            self.arm(Thread::Awake, timetable);
         }
         due.map(|due| self.job(due, timetable))
     }
 
-    /// The begin of the tick that was `due`.
+    /// Returns the begin of the tick that was `due`.
     #[inline]
     fn job(&mut self, due: Time, timetable: &Timetable<'_>) -> Job {
         let now = timetable.now();
         let is_virtual = timetable.clock() == ClockKind::Virtual;
-        let skips = !self.task.is_triggered();
+        let is_timed = !self.task.is_triggered();
         let known = self.task.has_times && (now > due || !self.task.wakes.is_none());
-        let lateness = (!is_virtual || !skips || known).then(|| now.since(due));
+        let lateness = (!is_virtual || !is_timed || known).then(|| now.since(due));
         let kind = if self.is_let {
-            let free = now + self.task.cost().unwrap_or_default();
+            let free = now + self.task.draw_cost().unwrap_or_default();
             let takes = self.task.end_of_period(free).since(now);
             self.task.begins(takes)
         } else {
             self.task.next_job(timetable.clock())
         };
-        Job::new(0, kind).late(lateness)
+        Job::new(0, kind).with_lateness(lateness)
     }
 
     /// A job is done; ticks due before `missed_before` are missed.
@@ -182,7 +189,7 @@ impl Own {
             }
             JobKind::Tick { .. } => self.task.skip_before(missed_before, timetable),
         }
-        self.arm(false, timetable);
+        self.arm(Thread::Awake, timetable);
     }
 }
 
@@ -208,7 +215,7 @@ impl Own {
             }
             SchedulerEvent::Arrived { .. } | SchedulerEvent::Opened { .. } => {
                 self.heard = true;
-                self.arm(true, timetable);
+                self.arm(Thread::Asleep, timetable);
             }
             SchedulerEvent::Crashed { .. } => {
                 self.skip_while_busy(now, timetable);
@@ -217,7 +224,7 @@ impl Own {
             }
             SchedulerEvent::Restarted { .. } => {
                 self.task.restart(now);
-                self.arm(true, timetable);
+                self.arm(Thread::Asleep, timetable);
             }
             SchedulerEvent::Closed { missed_before } => {
                 self.skip_while_busy(missed_before, timetable)
@@ -227,7 +234,7 @@ impl Own {
         None
     }
 
-    /// Where the node is in its schedule at run time `now`.
+    /// Returns where the node is in its schedule at run time `now`.
     pub(crate) fn state(&self, now: Time) -> TaskState {
         self.task.state(!self.task.is_triggered(), now)
     }
@@ -254,7 +261,7 @@ impl Own {
             .map_or(now, |free| free.max(now));
         let before = self.task.set(0, knob, free, timetable)?;
         if times && self.busy_until().is_none() && !self.task.is_triggered() {
-            self.arm(false, timetable);
+            self.arm(Thread::Awake, timetable);
         }
         Ok(before)
     }

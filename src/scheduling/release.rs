@@ -41,25 +41,25 @@ use crate::{
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Release {
     /// At a rate.
-    Every(Hz),
+    AtRate(Hz),
     /// When a message has arrived on each topic that
     /// [triggers](crate::Wiring::trigger) the node.
     On(Match),
 }
 
 impl Release {
-    /// The matching of its triggers.
+    /// Returns the matching of its triggers.
     pub(crate) fn matching(&self) -> Match {
         match self {
-            Self::Every(_) => Match::Each,
+            Self::AtRate(_) => Match::Each,
             Self::On(matching) => *matching,
         }
     }
 
-    /// The rate; the lowest one for a node that has no use for it.
+    /// Returns the rate; the lowest one for a node that has no use for it.
     pub(crate) fn hz(&self) -> Hz {
         match self {
-            Self::Every(hz) => *hz,
+            Self::AtRate(hz) => *hz,
             Self::On(_) => Hz::MIN,
         }
     }
@@ -69,13 +69,13 @@ impl TryFrom<f64> for Release {
     type Error = HzError;
 
     fn try_from(hz: f64) -> Result<Self, HzError> {
-        Hz::new(hz).map(Self::Every)
+        Hz::new(hz).map(Self::AtRate)
     }
 }
 
 impl From<Hz> for Release {
     fn from(hz: Hz) -> Self {
-        Self::Every(hz)
+        Self::AtRate(hz)
     }
 }
 

@@ -61,20 +61,21 @@ pub(crate) struct Running {
     /// Run time of its end, while it has a core.
     pub(crate) ends: Time,
     /// Whether it keeps a core busy under the real clock.
-    busy: bool,
+    spins: bool,
     /// Time on a core that it needs, while it has none.
     suspended: Option<Duration>,
 }
 
 impl Running {
-    /// Time on a core that it needs from `now` on.
+    /// Returns the time on a core that it needs from `now` on.
     pub(crate) fn remaining(&self, now: Time) -> Duration {
         self.suspended.unwrap_or_else(|| self.ends.since(now))
     }
 }
 
 impl Task {
-    /// The node called `name`, in a run with this `seed`: at a rate, unless messages trigger it.
+    /// Creates the node called `name`, in a run with this `seed`: at a rate, unless messages
+    /// trigger it.
     pub(crate) fn new(name: Arc<str>, seed: u64, rate: Rate, trigger: Option<Trigger>) -> Self {
         Self {
             name,
@@ -97,30 +98,30 @@ impl Task {
         }
     }
 
-    /// Whether messages trigger it.
+    /// Returns whether messages trigger it.
     #[inline]
     pub(crate) fn is_triggered(&self) -> bool {
         self.trigger.is_some()
     }
 
-    /// Whether its last callback goes on with another set of its message.
+    /// Returns whether its last callback goes on with another set of its message.
     pub(crate) fn goes_on(&self) -> bool {
         let is_free = !self.crashed && self.running.is_none();
         is_free && self.trigger.as_ref().is_some_and(Trigger::has_sets)
     }
 
-    /// Where it is, at run time `now`.
-    pub(crate) fn state(&self, skips: bool, now: Time) -> TaskState {
+    /// Returns where it is, at run time `now`.
+    pub(crate) fn state(&self, has_own_timer: bool, now: Time) -> TaskState {
         let last = self.rate.last_due();
         TaskState {
             hz: self.rate.hz(),
             due: self.due(),
             last_due: last.map(|shown| self.when(shown)),
-            skips,
+            has_own_timer,
             crashed: self.crashed,
             remaining: self.running.map(|running| running.remaining(now)),
             deadline: None,
-            busy: self.running.is_some_and(|running| running.busy),
+            spins: self.running.is_some_and(|running| running.spins),
         }
     }
 }
@@ -194,12 +195,12 @@ impl Task {
         room
     }
 
-    /// The first due time in wait, which is called now.
+    /// Returns the first due time in wait, which is called now.
     pub(crate) fn queued_timer(&mut self) -> Option<Time> {
         Some(self.backlog.pop_front()?.0)
     }
 
-    /// The due times in wait, each with the one after it.
+    /// Returns the due times in wait, each with the one after it.
     pub(crate) fn queued_timers(&self) -> impl ExactSizeIterator<Item = (Time, Time)> {
         self.backlog.iter().copied()
     }
@@ -209,20 +210,22 @@ impl Task {
         self.rate.skip_first();
     }
 
-    /// The first due time of its rate at `free` or later, after the next one.
+    /// Returns the end of the tick that was taken: the next due time of its rate, or the first one
+    /// from
+    /// `free` on.
     pub(crate) fn end_of_period(&self, free: Time) -> Time {
         let mut rate = self.rate.clone();
         rate.resume(rate.due().max(self.shows(free)));
         self.when(rate.due())
     }
 
-    /// The run time at which its clock shows `shown`.
+    /// Returns the run time at which its clock shows `shown`.
     #[inline]
     fn when(&self, shown: Time) -> Time {
         self.clock.map_or(shown, |clock| clock.when(shown))
     }
 
-    /// What its clock shows first at a run time.
+    /// Returns what its clock shows first at a run time.
     fn shows(&self, time: Time) -> Time {
         self.clock
             .map_or(time, |clock| clock.first_reading_at(time))
@@ -231,9 +234,9 @@ impl Task {
 
 /// Ticks that take time.
 impl Task {
-    /// Duration of the next tick, which starts now, if one is set.
+    /// Draws the duration of the tick that starts now, and counts the tick; `None` if none is set.
     #[inline]
-    pub(crate) fn cost(&mut self) -> Option<Duration> {
+    pub(crate) fn draw_cost(&mut self) -> Option<Duration> {
         let number = self.number;
         self.number += 1;
         if !self.has_times {
@@ -261,10 +264,10 @@ impl Task {
         }
     }
 
-    /// What its next tick begins with, which starts now.
+    /// Returns what its next tick begins with, which starts now.
     #[inline]
     pub(crate) fn next_job(&mut self, clock: ClockKind) -> JobKind {
-        match self.cost() {
+        match self.draw_cost() {
             Some(cost) if clock == ClockKind::Real || !cost.is_zero() => self.begins(cost),
             cost => JobKind::Tick {
                 is_instant: cost.is_some(),
@@ -272,7 +275,7 @@ impl Task {
         }
     }
 
-    /// What a tick begins with that `takes` run time.
+    /// Returns what a tick begins with that `takes` run time.
     pub(crate) fn begins(&mut self, takes: Duration) -> JobKind {
         self.next_takes = takes;
         JobKind::Begin
@@ -282,11 +285,11 @@ impl Task {
     pub(crate) fn begin(&mut self, began: Time) -> Time {
         self.has_times = true;
         let ends = began + self.next_takes;
-        let (busy, suspended) = (self.takes.busy, None);
+        let (spins, suspended) = (self.takes.busy, None);
         self.running = Some(Running {
             began,
             ends,
-            busy,
+            spins,
             suspended,
         });
         ends
@@ -308,7 +311,7 @@ impl Task {
         Some(running.ends)
     }
 
-    /// Whether its running tick is over at `now`.
+    /// Returns whether its running tick is over at `now`.
     pub(crate) fn is_over(&self, now: Time) -> bool {
         self.running.is_some_and(|running| running.ends <= now)
     }
@@ -334,14 +337,14 @@ impl Task {
 /// Its knobs.
 impl Task {
     /// Checks that it has this knob, and that the value is complete.
-    pub(crate) fn check(&self, knob: &Knob, own: bool) -> Result<(), KnobRefusal> {
+    pub(crate) fn check(&self, knob: &Knob, has_thread: bool) -> Result<(), KnobRefusal> {
         let name = || self.name.to_string();
         let of_thread = |kind: KnobKind| kind == KnobKind::Late || kind.sets(TickTiming::Start);
         match knob.kind() {
             KnobKind::Rate | KnobKind::Offset | KnobKind::Late if self.is_triggered() => {
                 Err(KnobRefusal::Triggered(name()))
             }
-            kind if !own && of_thread(kind) => Err(KnobRefusal::NoThread(name())),
+            kind if !has_thread && of_thread(kind) => Err(KnobRefusal::NoThread(name())),
             _ => match knob.draw().and_then(Draw::missing) {
                 Some(measured) => Err(KnobRefusal::NotLoaded(measured.file().to_owned())),
                 None => Ok(()),

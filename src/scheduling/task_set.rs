@@ -57,7 +57,7 @@ impl Scheduler {
         }
     }
 
-    /// Where a node is in its schedule at run time `now`.
+    /// Returns where a node is in its schedule at run time `now`.
     pub(crate) fn state(&self, member: usize, now: Time) -> TaskState {
         match self {
             Self::Own(own) => own.state(now),
@@ -95,7 +95,7 @@ impl Scheduler {
 }
 
 impl TaskSet {
-    /// A node on its own.
+    /// Creates a node on its own.
     pub(crate) fn new(task: Task, member: Member) -> Self {
         Self::alone(Scheduler::Own(Box::new(Own::new(task))), member)
     }
@@ -109,7 +109,7 @@ impl TaskSet {
         }
     }
 
-    /// The nodes of an executor that were on their own: one task set, or still one each.
+    /// Returns the nodes of an executor that were on their own: one task set, or still one each.
     pub(crate) fn joined(team: Arc<Team>, own: Vec<Self>) -> Vec<Self> {
         let (mut tasks, mut members) = (Vec::<Task>::new(), Vec::new());
         for task_set in own {
@@ -136,37 +136,41 @@ impl TaskSet {
         }
     }
 
-    /// The nodes of an executor as a task set each.
+    /// Returns the nodes of an executor as a task set each.
     pub(crate) fn split(self, team: &Team) -> Vec<Self> {
         let ordered = |(task, order): (Task, Box<dyn CallbackOrder>)| {
             Scheduler::Ordered(Ordered::new(vec![task], order))
         };
-        let parts = team.orders_apart(self.scheduler.into_tasks()).map(ordered);
-        parts
+        team.orders_apart(self.scheduler.into_tasks())
+            .map(ordered)
             .zip(self.members)
             .map(|(scheduler, member)| Self::alone(scheduler, member))
             .collect()
     }
 
-    /// The threads of the executor under the real clock, if it is one.
+    /// Returns the threads of the executor under the real clock, if it is one.
     pub(crate) fn threads(&self) -> Option<Threads> {
         Some(self.team.as_ref()?.executor.threads())
     }
 
-    /// The place of each node's priority among all nodes that run here, the highest first.
+    /// Returns the place of each node's priority among all nodes that run here, the highest first.
     pub(crate) fn ranks(&self) -> Vec<usize> {
-        let here = self.members.iter().filter(|member| !member.remote);
-        let priorities: BTreeSet<u32> = here.map(|member| member.priority).collect();
+        let priorities: BTreeSet<u32> = self
+            .members
+            .iter()
+            .filter(|member| !member.remote)
+            .map(|member| member.priority)
+            .collect();
         let rank = |member: &Member| priorities.range(..member.priority).count();
         self.members.iter().map(rank).collect()
     }
 
-    /// Whether it is an executor.
+    /// Returns whether it is an executor.
     pub(crate) fn is_executor(&self) -> bool {
         self.team.is_some()
     }
 
-    /// Whether it is this node on its own.
+    /// Returns whether it is this node on its own.
     pub(crate) fn is_own(&self, node: usize) -> bool {
         !self.is_executor() && self.members.iter().any(|member| member.node == node)
     }

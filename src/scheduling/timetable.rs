@@ -90,8 +90,8 @@ pub(crate) struct TaskState {
     pub(crate) due: Time,
     /// Due time of the period before that.
     pub(crate) last_due: Option<Time>,
-    /// Whether ticks are skipped that are due while it is busy.
-    pub(crate) skips: bool,
+    /// Whether it ticks at a rate, on a thread of its own.
+    pub(crate) has_own_timer: bool,
     /// Whether it has crashed.
     pub(crate) crashed: bool,
     /// Time on a core that the running tick still needs.
@@ -100,7 +100,7 @@ pub(crate) struct TaskState {
     /// gets a core.
     pub(crate) deadline: Option<Time>,
     /// Whether that tick keeps a core busy under the real clock.
-    pub(crate) busy: bool,
+    pub(crate) spins: bool,
 }
 
 /// A node as its scheduler knows it.
@@ -128,19 +128,19 @@ pub(crate) struct Timetable<'a> {
 }
 
 impl Timetable<'_> {
-    /// Run time.
+    /// Returns the run time.
     #[inline]
     pub(crate) fn now(&self) -> Time {
         self.now
     }
 
-    /// The clock that runs the nodes.
+    /// Returns the clock that runs the nodes.
     #[inline]
     pub(crate) fn clock(&self) -> ClockKind {
         self.clock
     }
 
-    /// Whether the end of the run has passed, so that only nodes tick that were due before.
+    /// Returns whether the end of the run has passed, so that only nodes tick that were due before.
     pub(crate) fn is_over(&self) -> bool {
         self.over
     }

@@ -25,8 +25,11 @@ impl Chance<'_> {
     pub fn uniform(&self, n: impl Display) -> f64 {
         let Self { seed, what, name } = self;
         let digest = Sha256::digest(format!("{seed} {what} {name} {n}"));
-        let bytes = digest.iter().take(8).rev();
-        let word = bytes.fold(0, |word: u64, byte| word << 8 | u64::from(*byte));
+        let word = digest
+            .iter()
+            .take(8)
+            .rev()
+            .fold(0, |word: u64, byte| word << 8 | u64::from(*byte));
         (word >> 11) as f64 / (1_u64 << 53) as f64
     }
 
@@ -40,9 +43,9 @@ impl Chance<'_> {
     }
 }
 
-/// The standard normal quantile of a probability `p` between 0 and 1, by Wichura's algorithm AS 241
-/// (PPND16), accurate to about one part in 10¹⁶.
-pub fn normal_quantile(p: f64) -> f64 {
+/// Returns the standard normal quantile of a probability `p` between 0 and 1, by Wichura's
+/// algorithm AS 241 (PPND16), accurate to about one part in 10¹⁶.
+pub(crate) fn normal_quantile(p: f64) -> f64 {
     let q = p - 0.5;
     if q.abs() <= 0.425 {
         let r = 0.180_625 - q * q;

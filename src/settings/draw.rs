@@ -82,23 +82,23 @@ impl Draw {
         })
     }
 
-    /// Whether it is always zero.
+    /// Returns whether it is always zero.
     pub fn is_none(&self) -> bool {
         *self == Self::NONE
     }
 
-    /// The median; `None` while its file is not loaded.
+    /// Returns the median; `None` while its file is not loaded.
     pub fn median(&self) -> Option<Duration> {
         self.at(0.5)
     }
 
-    /// Number of commas in the text of a distribution that begins like this.
+    /// Returns the number of commas in the text of a distribution that begins like this.
     pub(super) fn commas(text: &str) -> usize {
         let draw = text.rsplit(TIMES).next().unwrap_or(text);
         usize::from(draw.trim_start().starts_with(LOGNORMAL))
     }
 
-    /// The quantile of `u`, from 0 to below 1; `None` while its file is not loaded.
+    /// Returns the quantile of `u`, from 0 to below 1; `None` while its file is not loaded.
     pub fn at(&self, u: f64) -> Option<Duration> {
         Some(match self {
             Self::Constant(duration) => *duration,
@@ -129,8 +129,8 @@ impl Draw {
         }
     }
 
-    /// The mean of `what` over the draws, by a thousand quantiles of equal weight; `None` while the
-    /// file is not loaded.
+    /// Returns the mean of `what` over the draws, by a thousand quantiles of equal weight; `None`
+    /// while the file is not loaded.
     pub fn mean_of(&self, what: impl Fn(Duration) -> f64) -> Option<f64> {
         const PARTS: u32 = 1_000;
         if let Self::Constant(duration) = self {
@@ -144,7 +144,7 @@ impl Draw {
         Some(sum / f64::from(PARTS))
     }
 
-    /// The measurements that are not loaded yet.
+    /// Returns the measurements that are not loaded yet.
     pub fn missing(&self) -> Option<&Measurements> {
         match self {
             Self::Measured(measured) if measured.loaded.is_none() => Some(measured),
@@ -206,7 +206,7 @@ impl FromStr for Draw {
     }
 }
 
-/// A duration times a factor.
+/// Returns a duration times a factor.
 fn scaled(duration: Duration, factor: f64) -> Duration {
     Duration::from_nanos((duration.as_nanos() as f64 * factor).round() as u64)
 }
@@ -253,29 +253,29 @@ impl Measurements {
         })
     }
 
-    /// Path of the file.
+    /// Returns the path of the file.
     pub fn file(&self) -> &str {
         &self.file
     }
 
-    /// The same measurements in another file, such as with a path from elsewhere.
+    /// Returns the same measurements in another file, such as with a path from elsewhere.
     #[must_use]
     pub fn with_file(self, file: String) -> Self {
         Self { file, ..self }
     }
 
-    /// The digest of its durations, if it is known.
+    /// Returns the digest of its durations, if it is known.
     pub fn digest(&self) -> Option<Digest> {
         self.pin
     }
 
-    /// Its durations, without the factor; `None` while they are not loaded.
+    /// Returns its durations, without the factor; `None` while they are not loaded.
     pub fn durations(&self) -> Option<&[Duration]> {
         let [durations, _] = &**self.loaded.as_ref()?;
         Some(durations)
     }
 
-    /// Whether the file is a recording, and no column of numbers.
+    /// Returns whether the file is a recording, and no column of numbers.
     pub fn is_recorded(&self) -> bool {
         self.prefix == RECORDED
     }
@@ -314,7 +314,7 @@ impl Measurements {
         }
     }
 
-    /// Number `n` in the order of the file.
+    /// Returns number `n` in the order of the file.
     fn nth(&self, n: u64) -> Option<Duration> {
         let [in_order, _] = &**self.loaded.as_ref()?;
         let nth = in_order.get((n % in_order.len() as u64) as usize);
@@ -333,7 +333,7 @@ impl Measurements {
         self.factor.to_bits() != 1.0_f64.to_bits()
     }
 
-    /// The quantile of `u` in 0..1.
+    /// Returns the quantile of `u` in 0..1.
     fn at(&self, u: f64) -> Option<Duration> {
         let [_, sorted] = &**self.loaded.as_ref()?;
         let index = (u * sorted.len() as f64) as usize;
@@ -343,7 +343,7 @@ impl Measurements {
 }
 
 impl PartialEq for Measurements {
-    /// Whether both have the same text: one may be loaded, and the other one not.
+    /// Returns whether both have the same text: one may be loaded, and the other one not.
     fn eq(&self, other: &Self) -> bool {
         let key = |of: &'_ Self| (of.prefix, of.factor.to_bits(), of.pin);
         key(self) == key(other) && self.file == other.file

@@ -14,13 +14,6 @@ pub(super) const MAX_DRIFT_PPM: f64 = 500_000.0;
 /// The factors of a draw: least and greatest.
 pub(super) const FACTORS: (f64, f64) = (1e-6, 1e6);
 
-/// The longest mean length of a burst (messages).
-pub(super) const MAX_BURST: f64 = 1e9;
-
-/// The accepted texts of a link.
-const LINK: &str = "expected none, or parts with commas in between: delay:MS, delay:A..B, \
-    delay:lognormal:MEDIAN,P99, delay:file:CSV, delay:drawn:CSV, in-order, loss:P, burst:P,N, reliable:MS";
-
 /// A text that is not a valid setting: what is wrong with it, and what is expected.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum SettingError {
@@ -81,30 +74,6 @@ pub enum SettingError {
     /// Not an overrun policy.
     #[error("{0:?} is not an overrun policy: expected skip, catch-up or queue:N")]
     Overrun(String),
-    /// Not a part of a link.
-    #[error("{0:?} is not a part of a link: {LINK}")]
-    LinkPart(String),
-    /// A part that a link has already.
-    #[error("{0} is there twice: {LINK}")]
-    LinkPartTwice(String),
-    /// Not the delay of a link.
-    #[error("{0:?} is not a delay: {LINK}")]
-    Delay(String),
-    /// Not a probability.
-    #[error("{0:?} is not a probability: expected 0 to 1")]
-    Probability(String),
-    /// A burst with one number.
-    #[error("burst:{0} lacks a number: expected burst:P,N")]
-    Burst(String),
-    /// Not a mean length of bursts.
-    #[error(
-        "{0:?} is not a mean length of bursts: expected 1 to {max} messages",
-        max = MAX_BURST
-    )]
-    BurstLength(String),
-    /// A link that sends lost messages again, and loses all.
-    #[error("a reliable link never delivers at loss:1: expected less than 1")]
-    NeverDelivers,
     /// Not a way to match messages.
     #[error(
         "{0:?} is not a way to match messages: expected each, every:SETS, exact:QUEUE, approximate:QUEUE or \

@@ -2,17 +2,58 @@
 
 use std::{fmt, str::FromStr, time::Duration};
 
-use super::{
-    draw::Draw,
-    error::{MAX_BURST, SettingError},
-};
-use crate::millis;
+use thiserror::Error;
+
+use super::{draw::Draw, error::SettingError};
+use crate::millis::{self, MillisError};
+
+/// The longest mean length of a burst (messages).
+const MAX_BURST: f64 = 1e9;
+
+/// The accepted texts of a link.
+const LINK: &str = "expected none, or parts with commas in between: delay:MS, delay:A..B, \
+    delay:lognormal:MEDIAN,P99, delay:file:CSV, delay:drawn:CSV, in-order, loss:P, burst:P,N, reliable:MS";
+
+/// A text that is not a link.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum LinkError {
+    /// Not a part of a link.
+    #[error("{0:?} is not a part of a link: {LINK}")]
+    Part(String),
+    /// A part that a link has already.
+    #[error("{0} is there twice: {LINK}")]
+    PartTwice(String),
+    /// Not the delay of a link.
+    #[error("{0:?} is not a delay: {LINK}")]
+    Delay(String),
+    /// Not a probability.
+    #[error("{0:?} is not a probability: expected 0 to 1")]
+    Probability(String),
+    /// A burst with one number.
+    #[error("burst:{0} lacks a number: expected burst:P,N")]
+    Burst(String),
+    /// Not a mean length of bursts.
+    #[error(
+        "{0:?} is not a mean length of bursts: expected 1 to {max} messages",
+        max = MAX_BURST
+    )]
+    BurstLength(String),
+    /// A link that sends lost messages again, and loses all.
+    #[error("a reliable link never delivers at loss:1: expected less than 1")]
+    NeverDelivers,
+    /// Not an interval.
+    #[error(transparent)]
+    Millis(#[from] MillisError),
+    /// A delay with a factor that makes no durations.
+    #[error(transparent)]
+    Factor(#[from] SettingError),
+}
 
 /// A part of a link as text.
 struct LinkPart {
     name: &'static str,
     /// Sets it to this value.
-    set: fn(&mut Link, &str) -> Result<(), SettingError>,
+    set: fn(&mut Link, &str) -> Result<(), LinkError>,
     /// Its value; `None` for a link without it.
     value: fn(&Link) -> Option<String>,
     /// Number of commas in a value that begins like this text.
@@ -32,7 +73,7 @@ static PARTS: [LinkPart; 5] = [
         name: "in-order",
         set: |link, value| {
             link.in_order = value.is_empty();
-            let refused = || SettingError::LinkPart(format!("in-order:{value}"));
+            let refused = || LinkError::Part(format!("in-order:{value}"));
             link.in_order.then_some(()).ok_or_else(refused)
         },
         value: |link| link.in_order.then(String::new),
@@ -40,13 +81,19 @@ static PARTS: [LinkPart; 5] = [
     },
     LinkPart {
         name: "loss",
-        set: |link, value| probability(value).map(|loss| link.loss = loss),
+        set: |link, value| {
+            link.loss = probability(value)?;
+            Ok(())
+        },
         value: |link| (link.loss > 0.0).then(|| link.loss.to_string()),
         commas: |_| 0,
     },
     LinkPart {
         name: "burst",
-        set: |link, value| burst(value).map(|burst| link.burst = Some(burst)),
+        set: |link, value| {
+            link.burst = Some(burst(value)?);
+            Ok(())
+        },
         value: |link| {
             let Burst { start, length } = link.burst?;
             Some(format!("{start},{length}"))
@@ -75,7 +122,7 @@ static PARTS: [LinkPart; 5] = [
 /// let link: Link = "loss:0.2,delay:lognormal:10,50,in-order".parse()?;
 /// assert_eq!(link.to_string(), "delay:lognormal:10,50,in-order,loss:0.2");
 /// assert!("loss:1,reliable:40".parse::<Link>().is_err());
-/// # Ok::<(), ratelab::SettingError>(())
+/// # Ok::<(), ratelab::LinkError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
@@ -110,7 +157,7 @@ impl Link {
         reliable: None,
     };
 
-    /// The delay (ms), if it is always the same.
+    /// Returns the delay (ms), if it is always the same.
     pub fn delay_ms(&self) -> Option<f64> {
         match self.delay {
             Draw::Constant(delay) => Some(millis::to_millis(delay)),
@@ -121,8 +168,8 @@ impl Link {
     /// This link with another `part`, such as `delay:30`.
     ///
     /// # Errors
-    /// [`SettingError`] for an unknown part or an impossible link.
-    pub fn with(&self, part: &str) -> Result<Self, SettingError> {
+    /// [`LinkError`] for an unknown part or an impossible link.
+    pub fn with(&self, part: &str) -> Result<Self, LinkError> {
         let mut link = self.clone();
         let (name, value) = part.split_once(':').unwrap_or((part, ""));
         link.add(name, value)?;
@@ -130,39 +177,40 @@ impl Link {
     }
 
     /// Adds the part called `name`.
-    fn add(&mut self, name: &str, value: &str) -> Result<(), SettingError> {
+    fn add(&mut self, name: &str, value: &str) -> Result<(), LinkError> {
         let part = PARTS.iter().find(|part| part.name == name);
-        let known = part.ok_or_else(|| SettingError::LinkPart(name.to_owned()))?;
+        let known = part.ok_or_else(|| LinkError::Part(name.to_owned()))?;
         (known.set)(self, value)
     }
 }
 
-fn delay(value: &str) -> Result<Draw, SettingError> {
+fn delay(value: &str) -> Result<Draw, LinkError> {
     match value.parse() {
         Ok(Draw::Measured(measured)) if measured.is_recorded() => {
-            Err(SettingError::Delay(value.to_owned()))
+            Err(LinkError::Delay(value.to_owned()))
         }
-        Err(error @ SettingError::Factor(_)) => Err(error),
-        Err(_) => Err(SettingError::Delay(value.to_owned())),
+        Err(error @ SettingError::Factor(_)) => Err(error.into()),
+        Err(_) => Err(LinkError::Delay(value.to_owned())),
         Ok(draw) => Ok(draw),
     }
 }
 
-fn probability(text: &str) -> Result<f64, SettingError> {
+fn probability(text: &str) -> Result<f64, LinkError> {
     let parsed: Option<f64> = text.trim().parse().ok();
-    let known = parsed.filter(|p| (0.0..=1.0).contains(p));
-    known.ok_or_else(|| SettingError::Probability(text.to_owned()))
+    parsed
+        .filter(|p| (0.0..=1.0).contains(p))
+        .ok_or_else(|| LinkError::Probability(text.to_owned()))
 }
 
-fn burst(value: &str) -> Result<Burst, SettingError> {
+fn burst(value: &str) -> Result<Burst, LinkError> {
     let (start, length) = value
         .split_once(',')
-        .ok_or_else(|| SettingError::Burst(value.to_owned()))?;
+        .ok_or_else(|| LinkError::Burst(value.to_owned()))?;
     let parsed: Option<f64> = length.trim().parse().ok();
     let known = parsed.filter(|n| (1.0..=MAX_BURST).contains(n));
     Ok(Burst {
         start: probability(start)?,
-        length: known.ok_or_else(|| SettingError::BurstLength(length.to_owned()))?,
+        length: known.ok_or_else(|| LinkError::BurstLength(length.to_owned()))?,
     })
 }
 
@@ -198,23 +246,23 @@ impl fmt::Display for Link {
 }
 
 impl FromStr for Link {
-    type Err = SettingError;
+    type Err = LinkError;
 
-    fn from_str(text: &str) -> Result<Self, SettingError> {
+    fn from_str(text: &str) -> Result<Self, LinkError> {
         let (mut link, mut names) = (Self::NONE, Vec::new());
         let mut rest = Some(text.trim()).filter(|text| *text != "none");
         while let Some(list) = rest {
             let (part, others) = first_part(list.trim_start());
             let (name, value) = part.split_once(':').unwrap_or((part, ""));
             if names.contains(&name) {
-                return Err(SettingError::LinkPartTwice(name.to_owned()));
+                return Err(LinkError::PartTwice(name.to_owned()));
             }
             link.add(name, value)?;
             names.push(name);
             rest = others;
         }
         if link.reliable.is_some() && link.loss >= 1.0 {
-            return Err(SettingError::NeverDelivers);
+            return Err(LinkError::NeverDelivers);
         }
         Ok(link)
     }

@@ -62,13 +62,13 @@ impl FromStr for ClockError {
 }
 
 impl ClockError {
-    /// The first run time at which a clock with this error since run time zero shows `shown` or
-    /// more.
+    /// Returns the first run time at which a clock with this error since run time zero shows
+    /// `shown` or more.
     pub fn when(self, shown: Time) -> Time {
         LocalClock::new(Time::ZERO, self).when(shown)
     }
 
-    /// The time between two readings; zero for a clock that shows each nanosecond.
+    /// Returns the time between two readings; zero for a clock that shows each nanosecond.
     pub fn step(self) -> Duration {
         Duration::from_nanos(self.step.unsigned_abs())
     }
@@ -97,17 +97,17 @@ pub(crate) struct LocalClock {
 }
 
 impl LocalClock {
-    /// A clock with this `error` since a run time.
+    /// Creates a clock with this `error` since a run time.
     pub fn new(since: Time, error: ClockError) -> Self {
         Self { since, error }
     }
 
-    /// The clock's reading at run time `now`; zero for negative readings.
+    /// Returns the clock's reading at run time `now`; zero for negative readings.
     pub fn shows(self, now: Time) -> Time {
         time(self.reading(now.as_nanos().into()))
     }
 
-    /// The clock's reading at a run time (ns).
+    /// Returns the clock's reading at a run time (ns).
     fn reading(self, now: i128) -> i128 {
         let drift = i128::from(self.error.drift);
         let passed = now - i128::from(self.since.as_nanos());
@@ -119,7 +119,7 @@ impl LocalClock {
         i128::from(self.error.step.max(1))
     }
 
-    /// The first run time since the error began at which the clock shows `shown` or more.
+    /// Returns the first run time since the error began at which the clock shows `shown` or more.
     pub fn when(self, shown: Time) -> Time {
         let since = i128::from(self.since.as_nanos());
         let shown = i128::from(shown.as_nanos());
@@ -130,7 +130,7 @@ impl LocalClock {
         time(since + passed)
     }
 
-    /// The earliest reading that is new at run time `now`: the one after the last reading
+    /// Returns the earliest reading that is new at run time `now`: the one after the last reading
     /// before `now`.
     pub fn first_reading_at(self, now: Time) -> Time {
         let nanos = now.as_nanos().into();

@@ -40,7 +40,7 @@ pub enum Match {
 }
 
 impl Match {
-    /// Whether it is [`Each`](Self::Each).
+    /// Returns whether it is [`Each`](Self::Each).
     pub(crate) fn is_each(&self) -> bool {
         *self == Self::Each
     }

@@ -24,8 +24,8 @@ pub struct Overrun {
 }
 
 impl Overrun {
-    /// How long a due time waits for a node of this rate: up to a nanosecond more, because due times
-    /// are rounded to that.
+    /// Returns how long a due time waits for a node of this rate: up to a nanosecond more, because
+    /// due times are rounded to that.
     pub(crate) fn patience(self, hz: Hz) -> Duration {
         let rounding = Duration::from_nanos(self.periods.min(1).into());
         hz.period().saturating_mul(self.periods) + rounding

@@ -27,7 +27,7 @@ pub(crate) trait AnyTopic: Send {
     /// Delivers the messages that arrive by `now`. Publishing and reading do the same.
     fn deliver(&self, now: Time);
 
-    /// The messages in flight that arrive after `now`, for the nodes that they trigger.
+    /// Returns the messages in flight that arrive after `now`, for the nodes that they trigger.
     fn arrivals_after(&self, now: Time) -> Vec<Arrival>;
 }
 

@@ -16,10 +16,10 @@ use crate::{arrival::Arrivals, record::TopicRecord, sync::Arc, time::Time};
 
 /// A topic that triggers a node, regardless of its payload.
 pub(crate) trait Intake: Send {
-    /// Run time of the delivery of the oldest message that was not yet taken.
+    /// Returns the run time of the delivery of the oldest message that was not yet taken.
     fn oldest(&self, now: Time) -> Option<Time>;
 
-    /// Number of messages that wait at `now`.
+    /// Returns the number of messages that wait at `now`.
     fn waiting(&self, now: Time) -> usize;
 
     /// Takes the oldest of them.

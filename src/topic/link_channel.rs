@@ -32,7 +32,7 @@ pub(crate) struct LinkChannel {
 }
 
 impl LinkChannel {
-    /// A perfect link on `topic`.
+    /// Creates a perfect link on `topic`.
     pub(crate) fn new(seed: u64, topic: &str) -> Self {
         Self {
             seed,
@@ -45,7 +45,7 @@ impl LinkChannel {
         }
     }
 
-    /// Time that message number `seq` loses to failed attempts; `None` if it is lost.
+    /// Returns the time that message number `seq` loses to failed attempts; `None` if it is lost.
     fn time_lost(&mut self, seq: u64) -> Option<Duration> {
         let told = self.lose.remove(&seq);
         let by_chance = self.is_lost(seq);
@@ -65,7 +65,7 @@ impl LinkChannel {
         loss > 0.0 && self.chance("loss").uniform(number) < loss
     }
 
-    /// Whether a burst takes message number `seq`. Each message advances the state of the
+    /// Returns whether a burst takes message number `seq`. Each message advances the state of the
     /// burst.
     fn is_in_burst(&mut self, seq: u64) -> bool {
         let Some(Burst { start, length }) = self.link.burst else {
@@ -103,7 +103,7 @@ impl LinkChannel {
         Some(at)
     }
 
-    /// Whether it delivers every message to come at once.
+    /// Returns whether it delivers every message to come at once.
     pub(crate) fn is_perfect(&self) -> bool {
         self.link == Link::NONE && self.lose.is_empty() && self.postpone.is_empty()
     }

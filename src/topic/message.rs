@@ -43,14 +43,14 @@ impl<T> Message<T> {
         }
     }
 
-    /// Run time of the sensing behind the value; the message's own stamp if it has no
+    /// Returns the run time of the sensing behind the value; the message's own stamp if it has no
     /// origin.
     #[inline]
     pub fn sensed(&self) -> Time {
         self.origin.unwrap_or(self.stamp)
     }
 
-    /// What a message derived from this one inherits from it.
+    /// Returns what a message derived from this one inherits from it.
     #[inline]
     pub fn cause(&self) -> Cause {
         let (topic, seq) = (self.topic, self.seq);
@@ -78,13 +78,14 @@ pub struct Cause {
 }
 
 impl Cause {
-    /// The same with another run time of the sensing, such as a mean of two.
+    /// Returns the same with another run time of the sensing, such as a mean of two.
     #[must_use]
     pub fn sensed_at(self, sensed: Time) -> Self {
         Self { sensed, ..self }
     }
 
-    /// Whether these data take precedence: the lower source rank first, then the newer sensing.
+    /// Returns whether these data take precedence: the lower source rank first, then the newer
+    /// sensing.
     #[inline]
     pub(crate) fn is_before(&self, other: &Self) -> bool {
         let is_newer = self.source == other.source && self.sensed > other.sensed;
@@ -110,13 +111,13 @@ impl SourceRank {
     /// The bit that puts nodes that read behind nodes that do not.
     const READER: u32 = 1 << 31;
 
-    /// The rank of the node with this index, which `reads` topics or does not.
+    /// Creates the rank of the node with this index, which `reads` topics or does not.
     pub(crate) fn new(node: usize, reads: bool) -> Self {
         let node = node as u32 & (Self::READER - 1);
         Self(if reads { node | Self::READER } else { node })
     }
 
-    /// Whether it is that of a node that reads topics.
+    /// Returns whether it is that of a node that reads topics.
     pub(crate) fn is_reader(self) -> bool {
         self != Self::UNKNOWN && self.0 & Self::READER != 0
     }

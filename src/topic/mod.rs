@@ -151,8 +151,8 @@ impl<T: Payload> Topic<T> {
         before
     }
 
-    /// The newest message, read without a subscription, with what a record of it would hold;
-    /// `None` before the first.
+    /// The newest published message, even if it is in flight or lost, with what a record of it would
+    /// hold; `None` before the first.
     pub fn peek(&self) -> Option<(T, Head)> {
         let queue = self.0.peek();
         let (message, head) = queue.newest()?;

@@ -36,7 +36,7 @@ impl<T: Payload> Publisher<T> {
         self.bus.lock().publish(data, publication)
     }
 
-    /// A message to be sent later, at a run time and with a stamp.
+    /// Returns a message to be sent later, at a run time and with a stamp.
     pub(crate) fn held(
         &self,
         data: T,

@@ -58,7 +58,7 @@ pub(super) struct Queue<T> {
 }
 
 impl<T: Payload> Queue<T> {
-    /// An empty one.
+    /// Creates an empty one.
     pub(super) fn new(depth: Depth) -> Self {
         Self {
             messages: VecDeque::new(),
@@ -167,17 +167,18 @@ impl<T: Payload> Queue<T> {
             return;
         };
         while let Some((at, message)) = transit.arrived(now) {
-            let overtaken = message.seq < transit.next_delivered;
+            let seq = message.seq;
+            let overtaken = seq < transit.next_delivered;
             if !overtaken {
-                transit.next_delivered = message.seq + 1;
+                transit.next_delivered = seq + 1;
                 self.push(message, at);
             }
-            self.send_record(|| TopicRecord::Delivered { overtaken });
+            self.send_record(|| TopicRecord::Delivered { seq, at, overtaken });
         }
         self.transit = Some(transit);
     }
 
-    /// The newest message, and what its record holds.
+    /// Returns the newest message, and what its record holds.
     pub(super) fn newest(&self) -> Option<(&Message<T>, Head)> {
         let (message, arrives) = match &self.transit {
             Some(transit) => transit.newest.as_ref().map(|(m, at)| (m, *at))?,
@@ -226,7 +227,7 @@ impl<T> Queue<T> {
         self.messages.push_back((message, now));
     }
 
-    /// The message that a reader reads next.
+    /// Returns the message that a reader reads next.
     #[inline]
     pub(super) fn to_read(&self, reader: usize) -> Option<&Message<T>> {
         let newest = self.messages.back();
@@ -242,7 +243,7 @@ impl<T> Queue<T> {
         self.messages.back().map(|(message, _)| message.seq)
     }
 
-    /// The messages that a reader has not seen, each with its delivery.
+    /// Returns the messages that a reader has not seen, each with its delivery.
     pub(super) fn unread(
         &self,
         reader: usize,
@@ -252,13 +253,14 @@ impl<T> Queue<T> {
         self.messages.range(seen..)
     }
 
-    /// The ends of the readers whose nodes its messages trigger.
+    /// Returns the ends of the readers whose nodes its messages trigger.
     fn triggers(&self) -> impl Iterator<Item = &TriggerEnd<T>> {
-        let readers = self.readers.iter();
-        readers.filter_map(|reader| reader.trigger.as_deref())
+        self.readers
+            .iter()
+            .filter_map(|reader| reader.trigger.as_deref())
     }
 
-    /// The arrivals of a message at run time `at`, for the nodes that it triggers.
+    /// Returns the arrivals of a message at run time `at`, for the nodes that it triggers.
     pub(super) fn arrivals(&self, at: Time) -> impl Iterator<Item = Arrival> {
         self.triggers().map(move |end| end.arrival(at))
     }

@@ -24,7 +24,7 @@ pub(super) struct TopicReader<T> {
 }
 
 impl<T> TopicReader<T> {
-    /// One that has seen all messages before number `next`.
+    /// Creates one that has seen all messages before number `next`.
     pub(super) fn new(next: u64, place: Option<usize>) -> Self {
         Self {
             next_unread: next,
@@ -51,7 +51,7 @@ pub(super) struct TriggerEnd<T> {
 }
 
 impl<T> TriggerEnd<T> {
-    /// The arrival of a message at run time `at`.
+    /// Returns the arrival of a message at run time `at`.
     pub(super) fn arrival(&self, at: Time) -> Arrival {
         let (node, input) = (self.node, self.input);
         Arrival { at, node, input }

@@ -31,7 +31,7 @@ pub struct Subscription<T> {
 }
 
 impl<T: Payload> Subscription<T> {
-    /// The message that a tick with this `number` reads at run time `now`.
+    /// Returns the message that a tick with this `number` reads at run time `now`.
     #[inline]
     pub(crate) fn read(&mut self, now: Time, number: u64) -> Option<Message<T>> {
         let mut bus = self.bus.lock();
@@ -49,7 +49,7 @@ impl<T: Payload> Subscription<T> {
         Some(message)
     }
 
-    /// The oldest message that this subscription has not seen.
+    /// Returns the oldest message that this subscription has not seen.
     pub(crate) fn next_unseen(&mut self, now: Time, number: u64) -> Option<Message<T>> {
         let mut bus = self.bus.lock();
         let queue = &mut *bus;
@@ -91,13 +91,13 @@ impl<T: Payload> Subscription<T> {
         }
     }
 
-    /// The number of its bus, and the index of its reader there.
+    /// Returns the number of its bus, and the index of its reader there.
     #[inline]
     pub(crate) fn key(&self) -> (usize, usize) {
         (Arc::as_ptr(&self.bus).addr(), self.reader)
     }
 
-    /// Number of messages evicted before this subscription saw them.
+    /// Returns the number of messages evicted before this subscription saw them.
     pub fn dropped(&self) -> u64 {
         self.bus.peek().readers[self.reader].dropped
     }

@@ -18,7 +18,8 @@ pub(crate) struct Transit<T> {
 }
 
 impl<T: Clone> Transit<T> {
-    /// All messages before `next` are delivered, and `newest` is the last of them, with its delivery.
+    /// Creates all messages before `next` are delivered, and `newest` is the last of them, with its
+    /// delivery.
     pub(crate) fn new(channel: LinkChannel, next: u64, newest: Option<(Message<T>, Time)>) -> Self {
         Self {
             channel,
@@ -47,14 +48,16 @@ impl<T: Clone> Transit<T> {
         (at <= now).then(|| (at, next.remove()))
     }
 
-    /// Run times of the deliveries after `now`.
+    /// Returns run times of the deliveries after `now`.
     pub(crate) fn arrivals_after(&self, now: Time) -> impl Iterator<Item = Time> {
-        let later = self.messages.keys().map(|(at, _)| *at);
-        later.skip_while(move |at| *at <= now)
+        self.messages
+            .keys()
+            .map(|(at, _)| *at)
+            .skip_while(move |at| *at <= now)
     }
 
-    /// Whether nothing is in flight, the newest message is delivered, and later ones are delivered
-    /// at once.
+    /// Returns whether nothing is in flight, the newest message is delivered, and later ones are
+    /// delivered at once.
     pub(crate) fn is_done(&self) -> bool {
         let newest = self.newest.as_ref();
         let all = newest.is_none_or(|(message, _)| message.seq + 1 == self.next_delivered);

@@ -33,7 +33,7 @@ struct HeldMessages {
 }
 
 impl HeldMessages {
-    /// The first message that the search has not passed.
+    /// Returns the first message that the search has not passed.
     fn head(&self) -> Option<TakenMessage> {
         self.messages.get(self.past).copied()
     }
@@ -123,13 +123,13 @@ impl Approximate {
         }
     }
 
-    /// The earliest and the latest head; `None` if a topic has none.
+    /// Returns the earliest and the latest head; `None` if a topic has none.
     fn boundaries(&self) -> Option<(Boundary, Boundary)> {
         let heads = self.topics.iter().map(|topic| Some(topic.head()?.sensed));
         boundaries_of(heads.collect::<Option<_>>()?)
     }
 
-    /// Whether no set can be better than the best one, now that heads end at `end`: a topic
+    /// Returns whether no set can be better than the best one, now that heads end at `end`: a topic
     /// without a head has its next one at the pivot and after its newest at the earliest.
     fn has_no_better(&self, end: Time) -> bool {
         let Some(best) = &self.search else {
@@ -188,13 +188,13 @@ impl Approximate {
 }
 
 impl Search {
-    /// Whether the set from `start` to `end` is better.
+    /// Returns whether the set from `start` to `end` is better.
     fn is_beaten_by(&self, start: Time, end: Time) -> bool {
         self.penalty(end) < 10 * nanos_between(self.start, start)
     }
 
-    /// Whether no set is better that ends at `end` or later: with the pivot, it begins at the
-    /// pivot or before.
+    /// Returns whether no set is better that ends at `end` or later: with the pivot, it begins at
+    /// the pivot or before.
     fn is_best_from(&self, end: Time) -> bool {
         !self.is_beaten_by(self.pivot.1, end)
     }
@@ -209,7 +209,7 @@ fn nanos_between(from: Time, to: Time) -> i128 {
     i128::from(to.as_nanos()) - i128::from(from.as_nanos())
 }
 
-/// The first of the earliest heads, and the last of the latest.
+/// Returns the first of the earliest heads, and the last of the latest.
 fn boundaries_of(heads: Vec<Time>) -> Option<(Boundary, Boundary)> {
     let heads = || heads.iter().copied().enumerate();
     let start = heads().min_by_key(|(_, at)| *at)?;

@@ -30,7 +30,7 @@ impl Trigger {
         }
     }
 
-    /// Number of the topics.
+    /// Returns the number of the topics.
     pub(crate) fn inputs(&self) -> usize {
         self.inputs.len()
     }
@@ -39,31 +39,34 @@ impl Trigger {
     pub(crate) fn reset(&mut self) {
         let inputs = std::mem::take(&mut self.inputs);
         *self = Self::new(self.matching, inputs);
-        let inputs = self.inputs.iter_mut();
-        inputs.for_each(|input| input.forget_before(None));
+        self.inputs
+            .iter_mut()
+            .for_each(|input| input.forget_before(None));
     }
 
-    /// Whether the last message completed sets that were not yet used.
+    /// Returns whether the last message completed sets that were not yet used.
     pub(crate) fn has_sets(&self) -> bool {
         !self.sets.is_empty()
     }
 
-    /// Run time of the delivery of the oldest message that an input has not yet taken.
+    /// Returns the run time of the delivery of the oldest message that an input has not yet taken.
     pub(crate) fn oldest_of(&self, input: usize, now: Time) -> Option<Time> {
         self.inputs.get(input)?.oldest(now)
     }
 
-    /// Run time of the delivery of the message that the node works on next: the last one while it
-    /// has sets, else the oldest on any input.
+    /// Returns the run time of the delivery of the message that the node works on next: the last one
+    /// while it has sets, else the oldest on any input.
     pub(crate) fn oldest(&self, now: Time) -> Option<Time> {
         if self.has_sets() {
             return Some(self.last.1);
         }
-        let inputs = self.inputs.iter();
-        inputs.filter_map(|input| input.oldest(now)).min()
+        self.inputs
+            .iter()
+            .filter_map(|input| input.oldest(now))
+            .min()
     }
 
-    /// Number of messages that an input may take at `now`.
+    /// Returns the number of messages that an input may take at `now`.
     pub(crate) fn waiting_in(&self, input: usize, now: Time) -> usize {
         self.inputs[input].waiting(now)
     }

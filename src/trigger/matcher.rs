@@ -25,7 +25,7 @@ enum Rule {
 }
 
 impl Matcher {
-    /// A matcher for messages of so many `inputs`, none of which has come.
+    /// Creates a matcher for messages of so many `inputs`, none of which has come.
     pub(super) fn new(matching: Match, inputs: usize) -> Self {
         let every = match matching {
             Match::Every { sets } => sets.get(),
@@ -67,7 +67,7 @@ impl Matcher {
         }
     }
 
-    /// The first message of an input that may still be needed.
+    /// Returns the first message of an input that may still be needed.
     pub(super) fn needs_from(&self, input: usize) -> Option<u64> {
         match &self.rule {
             Rule::Single => None,

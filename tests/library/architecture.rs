@@ -1,6 +1,6 @@
 //! Allowed imports: a system is independent of experiments and graph files, and screen and sweeps
-//! import the cart-pole in a named file only. No files or folders import each other in a circle,
-//! and a type name means one type. The direction between crates is tested in `dependencies.rs`.
+//! import the cart-pole in a named file only. No files or folders import each other in a circle.
+//! The direction between crates is tested in `dependencies.rs`.
 
 use std::{
     fs,
@@ -123,39 +123,6 @@ fn rerun_is_known_in_the_folder_of_its_format_only() {
     let mut folders: Vec<&str> = knows.map(|(module, _)| &*module[1]).collect();
     folders.dedup();
     assert_eq!(folders, ["rrd"]);
-}
-
-/// The name of the type that a line declares.
-fn declared(line: &str) -> Option<&str> {
-    let line = line.trim_start();
-    let line = match line.strip_prefix("pub") {
-        Some(rest) if rest.starts_with('(') => rest.split_once(')')?.1,
-        Some(rest) => rest,
-        None => line,
-    };
-    let (kind, rest) = line.trim_start().split_once(' ')?;
-    let named = ["struct", "enum", "trait"].contains(&kind);
-    let end = |c: char| !c.is_alphanumeric() && c != '_';
-    named.then(|| rest.split(end).next()).flatten()
-}
-
-#[test]
-fn a_type_name_means_one_type() {
-    // One of the two is in a build.
-    const WITH_AND_WITHOUT_ONNX: &str = "OnnxModel";
-    // The commands of the command line, as clap's users call them, beside those of a run.
-    const OF_THE_COMMAND_LINE: &str = "Command";
-    let crates: Vec<Sources> = CRATES.map(sources).into();
-    let sources = crates.iter().flat_map(Sources::values);
-    let mut names: Vec<_> = sources
-        .flat_map(|code| code.lines())
-        .filter_map(declared)
-        .collect();
-    assert!(names.len() > 500, "only {} types", names.len());
-    names.sort_unstable();
-    let pairs = names.windows(2).filter(|pair| pair[0] == pair[1]);
-    let twice: Vec<&str> = pairs.map(|pair| pair[0]).collect();
-    assert_eq!(twice, [OF_THE_COMMAND_LINE, WITH_AND_WITHOUT_ONNX]);
 }
 
 #[test]

@@ -160,7 +160,7 @@ fn read_release(text: &str) -> (Release, Vec<&str>) {
     match kind {
         "every" => {
             let period: f64 = topics.parse().expect("a period");
-            (Release::Every(hz(1000.0 / period)), Vec::new())
+            (Release::AtRate(hz(1000.0 / period)), Vec::new())
         }
         kind => {
             let matching: Match = kind.parse().expect(kind);

@@ -52,10 +52,10 @@ fn cargo(options: &[&str]) -> Command {
 /// Runs `command` to its end; returns its exit code.
 fn run(command: &mut Command) -> ExitCode {
     match command.status() {
-        Ok(status) => {
-            let code = status.code().and_then(|code| u8::try_from(code).ok());
-            code.map_or(ExitCode::FAILURE, ExitCode::from)
-        }
+        Ok(status) => status
+            .code()
+            .and_then(|code| u8::try_from(code).ok())
+            .map_or(ExitCode::FAILURE, ExitCode::from),
         Err(error) => {
             eprintln!("error: cargo cannot be run: {error}");
             ExitCode::FAILURE

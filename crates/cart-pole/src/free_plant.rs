@@ -153,7 +153,7 @@ pub struct LinearPlant {
 }
 
 impl LinearPlant {
-    /// One control step at upright rest: the product of its physics steps.
+    /// Returns one control step at upright rest: the product of its physics steps.
     ///
     /// # Errors
     /// [`PlantError`] if MuJoCo refuses the model or is out of memory.
@@ -174,7 +174,7 @@ impl LinearPlant {
         Ok(Self::physics_step(length)?.held_for(SUBSTEPS))
     }
 
-    /// One physics step at upright rest with such a pole, by MuJoCo's finite differences.
+    /// Returns one physics step at upright rest with such a pole, by MuJoCo's finite differences.
     pub(super) fn physics_step(length: f64) -> Result<Self, PlantError> {
         let mut data = at_rest(STEP, length)?;
         let model = data.model().ffi();

@@ -301,10 +301,13 @@ impl SimilarReadings {
 }
 
 fn distance(one: &Observation, other: &Observation) -> f64 {
-    let pairs = one.to_array().into_iter().zip(other.to_array());
-    let squares = pairs.map(|(one, other)| {
-        let apart = f64::from(one) - f64::from(other);
-        apart * apart
-    });
+    let squares = one
+        .to_array()
+        .into_iter()
+        .zip(other.to_array())
+        .map(|(one, other)| {
+            let apart = f64::from(one) - f64::from(other);
+            apart * apart
+        });
     squares.sum::<f64>().sqrt()
 }

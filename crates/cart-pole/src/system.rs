@@ -233,8 +233,9 @@ impl System for CartPole {
 
     fn overloads(&self, setup: &Setup) -> Vec<String> {
         let asked = chunks(setup).is_some_and(|chunk| chunk.refill.is_some());
-        let nodes = [SENSOR, POLICY, PLAYER, ACTUATOR].into_iter();
-        let paced = nodes.filter(|node| !(asked && *node == POLICY));
+        let paced = [SENSOR, POLICY, PLAYER, ACTUATOR]
+            .into_iter()
+            .filter(|node| !(asked && *node == POLICY));
         let rate = |node| setup.rate(node).unwrap_or(actuator_hz());
         let overloads = paced.filter_map(|node| overload(node, rate(node), setup));
         overloads.collect()
@@ -393,8 +394,9 @@ impl SystemKnobs for CartPole {
     }
 
     fn parameter(&self, [node, name]: [&str; 2], value: &str) -> Result<String, String> {
-        let mut of_chunks = ChunkSettings::PARAMETERS.into_iter();
-        let known = of_chunks.find(|(of, known, _)| [*of, *known] == [node, name]);
+        let known = ChunkSettings::PARAMETERS
+            .into_iter()
+            .find(|(of, known, _)| [*of, *known] == [node, name]);
         match (node, name, known) {
             (ACTUATOR, DISTURB, _) => shortest::<Newtons>(value),
             (POLICY, OBSERVE, _) => shortest::<CartTerms>(value),

@@ -69,8 +69,7 @@ pub fn falls(policy: &PolicySpec, control: Hz) -> Option<AgeBand> {
         PolicySpec::BuiltIn(PolicyKind::Zero | PolicyKind::Random) => None,
         PolicySpec::File(_) => {
             let pinned = policy.to_string();
-            let mut files = OF_FILES.iter();
-            let file = files.find(|(digest, _)| pinned.ends_with(digest));
+            let file = OF_FILES.iter().find(|(digest, _)| pinned.ends_with(digest));
             file.map(|(_, limit)| *limit)
         }
     }

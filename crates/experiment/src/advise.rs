@@ -25,7 +25,8 @@ pub enum Aim<'a> {
     Overruns(&'a [&'a str]),
 }
 
-/// The changes to try for an `aim` of a run of `system` with `setup`, whose graph is `topology`.
+/// Returns the changes to try for an `aim` of a run of `system` with `setup`, whose graph is
+/// `topology`.
 pub fn changes(
     system: &dyn System,
     setup: &Setup,
@@ -56,8 +57,9 @@ pub fn changes(
         let mut readers = topology.topics[*topic].readers.iter();
         matches!(aim, Aim::Age(_)) && readers.any(|reader| nodes.contains(reader))
     };
-    let topics = (0..topology.topics.len()).filter(reads);
-    let of_topics = topics.flat_map(|topic| graph.topic_changes(topic));
+    let of_topics = (0..topology.topics.len())
+        .filter(reads)
+        .flat_map(|topic| graph.topic_changes(topic));
     let of_nodes = nodes.iter().flat_map(|node| graph.node_changes(*node));
     let of_clock = graph
         .file

@@ -3,10 +3,10 @@
 use std::thread::{self, JoinHandle};
 
 use ratelab::{Time, Topology};
-use ratelab_metrics::{AgeStage, Lineage, NodeAccount, Observer};
+use ratelab_metrics::{AgeOverTime, AgeStage, Lineage, NodeAccount, Observer};
 use ratelab_system::{Setup, System};
 
-use crate::{Taps, over_time::AgeOverTime};
+use crate::Taps;
 
 /// Number of lots of messages and ticks that may wait to be counted.
 pub(super) const BACKLOG: usize = 16;
@@ -105,8 +105,10 @@ impl RunAges {
             .iter()
             .flat_map(|node| {
                 let sources = sources.iter().map(|source| Some(*source));
-                let sources = [None].into_iter().chain(sources);
-                sources.map(|source| AgeWay::for_push(*node, source))
+                [None]
+                    .into_iter()
+                    .chain(sources)
+                    .map(|source| AgeWay::for_push(*node, source))
             })
             .chain(ends);
         Self {
@@ -139,18 +141,23 @@ impl RunAges {
         }
     }
 
-    /// The ages of the run, which ended at run time `end` with these `nodes`; those that nothing
-    /// tells are left out.
+    /// Returns the ages of the run, which ended at run time `end` with these `nodes`; those that
+    /// nothing tells are left out.
     pub fn finish(mut self, end: Time, nodes: &[NodeAccount]) -> Vec<RunAge> {
         let chains = self.ways.iter().filter(|way| way.chain.is_some());
-        let outputs = chains.filter_map(|way| last_end(&self.lineage, way.node));
-        let chains = outputs.chain([end]).max().unwrap_or(end);
+        let chains = chains
+            .filter_map(|way| last_end(&self.lineage, way.node))
+            .chain([end])
+            .max()
+            .unwrap_or(end);
         self.advance(Some(RunEnd { at: end, chains }));
         let topology = self.lineage.topology();
         let pushed = |node: usize| {
             let name = &*topology.nodes[node].name;
-            let mut acting = nodes.iter().filter(|node| node.push_age.saw().is_some());
-            acting.any(|node| *node.name == *name)
+            nodes
+                .iter()
+                .filter(|node| node.push_age.saw().is_some())
+                .any(|node| *node.name == *name)
         };
         let ways = self
             .ways
@@ -185,26 +192,33 @@ struct RunEnd {
     chains: Time,
 }
 
-/// The end of the last tick of a node that ended.
+/// Returns the end of the last tick of a node that ended.
 fn last_end(lineage: &Lineage, node: usize) -> Option<Time> {
-    let mut ticks = lineage.ticks(node).rev();
-    ticks.find_map(|worked| worked.tick.ends)
+    lineage
+        .ticks(node)
+        .rev()
+        .find_map(|worked| worked.tick.ends)
 }
 
-/// When a node acted first by the sensing of its last action: to there, or to the end of the run, the run
-/// measures the age of what it does.
+/// Returns when a node acted first by the sensing of its last action: to there, or to the end of
+/// the run, the run measures the age of what it does.
 fn last_sensing(lineage: &Lineage, node: usize) -> Option<Time> {
     let mut pushes = lineage
         .ticks(node)
         .rev()
         .filter_map(|worked| worked.tick.push);
     let last = pushes.next()?;
-    let first = pushes.take_while(|push| push.sensed == last.sensed).last();
-    Some(first.unwrap_or(last).at)
+    Some(
+        pushes
+            .take_while(|push| push.sensed == last.sensed)
+            .last()
+            .unwrap_or(last)
+            .at,
+    )
 }
 
 impl AgeShare {
-    /// Whether it has this name in tables, and this owner.
+    /// Returns whether it has this name in tables, and this owner.
     pub fn is(&self, key: &str, owner: &str) -> bool {
         self.stage.key() == key && self.owner == owner
     }
@@ -216,9 +230,9 @@ impl RunAge {
         self.chain.as_deref().unwrap_or("push")
     }
 
-    /// Whether no part is below zero, as one is after the error of a clock: then the parts are shares
-    /// of a whole. A thousandth is no such error: on the real clock a node may read a message that came
-    /// after its tick began.
+    /// Returns whether no part is below zero, as one is after the error of a clock: then the parts
+    /// are shares of a whole. A thousandth is no such error: on the real clock a node may read a
+    /// message that came after its tick began.
     pub fn has_shares(&self) -> bool {
         let least = -self.mean_ns.abs() / 1000;
         self.parts.iter().all(|part| part.ns >= least)

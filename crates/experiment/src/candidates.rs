@@ -51,7 +51,7 @@ pub struct AgeChange {
 }
 
 impl AgeChange {
-    /// Whether `whole` changes this, too.
+    /// Returns whether `whole` changes this, too.
     pub fn is_part_of(&self, whole: &Self) -> bool {
         let mut knobs = self.knobs.iter();
         knobs.all(|knob| whole.knobs.contains(knob))
@@ -66,7 +66,7 @@ impl AgeChange {
         }
     }
 
-    /// Both changes.
+    /// Returns both changes.
     #[must_use]
     pub fn and(&self, other: &Self) -> Self {
         Self {
@@ -85,7 +85,7 @@ pub(crate) struct Candidates<'g> {
 }
 
 impl Candidates<'_> {
-    /// The nodes with these names, and all nodes in their executors.
+    /// Returns the nodes with these names, and all nodes in their executors.
     pub(crate) fn beside(&self, names: &[&str]) -> Vec<usize> {
         let named = |name: &str| names.contains(&name);
         let nodes = self.topology.nodes.iter().enumerate().filter(|(_, node)| {
@@ -153,14 +153,15 @@ impl Candidates<'_> {
             .setup
             .knob(KnobKind::Late, &node.name)
             .map_or_else(|| Overrun::default().to_string(), |knob| knob.value());
-        let others = POLICIES
+        POLICIES
             .into_iter()
-            .filter(|policy| timed && *policy != known);
-        others.map(|policy| ("late", policy.to_owned())).collect()
+            .filter(|policy| timed && *policy != known)
+            .map(|policy| ("late", policy.to_owned()))
+            .collect()
     }
 }
 
-/// The changes of the node or topic `target`, from kinds of knobs with their values.
+/// Returns the changes of the node or topic `target`, from kinds of knobs with their values.
 fn knobs(target: &str, values: Vec<(&str, String)>) -> Vec<AgeChange> {
     let knobs = values.into_iter().filter_map(|(kind, value)| {
         let knob = format!("{kind} {target} {value}").parse().ok()?;
@@ -190,11 +191,10 @@ fn rates(hz: Hz) -> impl Iterator<Item = Hz> {
     others.filter_map(|hz| Hz::new(hz).ok())
 }
 
-/// The phases at which a node may tick too: a quarter, a half and three quarters later.
+/// Returns the phases at which a node may tick too: a quarter, a half and three quarters later.
 fn offsets(hz: Hz, offset: Duration) -> impl Iterator<Item = (&'static str, String)> {
     let period = hz.period().as_secs_f64() * 1e3;
-    let phases = [0.25, 0.5, 0.75].into_iter();
-    phases.map(move |share| {
+    [0.25, 0.5, 0.75].into_iter().map(move |share| {
         let ms = (millis::to_millis(offset) + share * period) % period;
         ("offset", ((ms * 1e3).round() / 1e3).to_string())
     })
@@ -236,8 +236,10 @@ pub fn upstream(topology: &Topology, last: usize) -> Vec<usize> {
     let mut path = vec![last];
     let mut next = 0;
     while let Some(&reader) = path.get(next) {
-        let topics = topology.topics.iter();
-        let read = topics.filter(|topic| topic.readers.contains(&reader));
+        let read = topology
+            .topics
+            .iter()
+            .filter(|topic| topic.readers.contains(&reader));
         for node in read.flat_map(|topic| topic.publishers.iter().copied()) {
             if !path.contains(&node) {
                 path.push(node);

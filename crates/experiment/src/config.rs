@@ -62,18 +62,20 @@ impl Config {
         Ok(resolved)
     }
 
-    /// The timed changes, each with what follows from it unless that is among them.
+    /// Returns the timed changes, each with what follows from it unless that is among them.
     fn followed(&self, about: &About<'_>) -> Vec<TimedKnob> {
         let is_known = |follower: &TimedKnob| {
-            let mut known = self.knobs.iter();
-            known.any(|timed| timed.at == follower.at && timed.knob.is_of(&follower.knob))
+            self.knobs
+                .iter()
+                .any(|timed| timed.at == follower.at && timed.knob.is_of(&follower.knob))
         };
         let with_followers = |timed: &TimedKnob| {
             let at = timed.at;
-            let followers = about
+            let new: Vec<TimedKnob> = about
                 .followers(&timed.knob)
-                .map(|knob| TimedKnob { at, knob });
-            let new: Vec<TimedKnob> = followers.filter(|knob| !is_known(knob)).collect();
+                .map(|knob| TimedKnob { at, knob })
+                .filter(|knob| !is_known(knob))
+                .collect();
             [vec![timed.clone()], new].concat()
         };
         self.knobs.iter().flat_map(with_followers).collect()

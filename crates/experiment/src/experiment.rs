@@ -25,7 +25,7 @@ use std::{
 use crossbeam_channel::Sender;
 use ratelab::{
     Clock, ClockExit, ClockKind, Command, Fault, Graph, Head, Inbox, Interrupt, Knob, KnobRefusal,
-    TimedCommand, TimedKnob, run, sync::lock,
+    TimedCommand, TimedKnob, clock::RunWriter, run, sync::lock,
 };
 use ratelab_metrics::{Observer, Rows, TapHandle};
 use ratelab_re_execution::RunLog;
@@ -206,12 +206,13 @@ impl Experiment {
         refusal.map_or(Ok(()), |why| Err(BuildError::Setting(why)))
     }
 
-    /// The inputs of the run, with messages in recordable form; see [`SystemKnobs::resolve`](ratelab_system::SystemKnobs::resolve).
+    /// Returns the inputs of the run, with messages in recordable form; see
+    /// [`SystemKnobs::resolve`](ratelab_system::SystemKnobs::resolve).
     pub fn config(&self) -> &Config {
         &self.config
     }
 
-    /// The system.
+    /// Returns the system.
     pub fn system(&self) -> &Arc<dyn System> {
         &self.system
     }
@@ -232,6 +233,11 @@ impl Experiment {
     /// Reads the graph while it runs.
     pub fn observer(&self) -> Observer {
         Observer::new(&self.graph)
+    }
+
+    /// Writes the state of the run, for what hears of nodes in other processes.
+    pub fn run_writer(&self) -> RunWriter {
+        self.graph.run_writer()
     }
 
     /// Taps the graph, before and during its run.
@@ -288,9 +294,10 @@ impl Experiment {
         let wall_time = began.elapsed();
         let system = &*self.system;
         let [state, chains] = [system.state(), system.chains()].map(|name| {
-            let rows = name.and_then(|name| self.taps.topic(name)?.newest());
-            let newest = rows.as_ref().and_then(Rows::last);
-            newest.map(|(_, row)| row.to_vec())
+            name.and_then(|name| self.taps.topic(name)?.newest())
+                .as_ref()
+                .and_then(Rows::last)
+                .map(|(_, row)| row.to_vec())
         });
         // Taps end with the topics, which the nodes hold as well.
         drop((self.graph, self.taps));
@@ -318,7 +325,7 @@ impl Experiment {
     }
 }
 
-/// A world that moves by itself for a run of `system`: that of `config`, or one with the
+/// Returns a world that moves by itself for a run of `system`: that of `config`, or one with the
 /// default step; `None` if the system has none.
 pub fn own_world(system: &Arc<dyn System>, config: &Config) -> Option<WorldKind> {
     if !config.world.is_course() {

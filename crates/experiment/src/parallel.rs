@@ -10,7 +10,7 @@ use std::{
 /// Maximum number of results waiting for the caller.
 const WAITING: usize = 1_024;
 
-/// Number of threads that this machine runs in parallel.
+/// Returns the number of threads that this machine runs in parallel.
 pub fn all_cores() -> NonZeroUsize {
     thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
 }

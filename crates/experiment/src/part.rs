@@ -2,7 +2,7 @@
 
 use ratelab_system::Group;
 
-/// The reason why the nodes named in `here` cannot be a process of their own, of all nodes
+/// Returns the reason why the nodes named in `here` cannot be a process of their own, of all nodes
 /// `names`, if there is one.
 pub(super) fn check(groups: &[Group], names: &[&str], here: &[String]) -> Option<String> {
     let is_here = |name: &str| here.iter().any(|node| node == name);

@@ -32,8 +32,8 @@ const FEWEST: usize = 3;
 const WORTH_MS: f64 = 1.0;
 
 impl Experiment {
-    /// An axis of `count` settings of the phases, for a [`Sweep`](super::sweep::Sweep): each node
-    /// that ticks at a rate is due somewhere in its first period. The draws are those of
+    /// Returns an axis of `count` settings of the phases, for a [`Sweep`](super::sweep::Sweep):
+    /// each node that ticks at a rate is due somewhere in its first period. The draws are those of
     /// `SEED phase NODE N`, in whole microseconds.
     pub fn phases(&self, count: usize) -> SweepAxis {
         let topology = self.graph.topology();
@@ -92,8 +92,7 @@ impl Experiment {
             let tied = hops.iter().filter(|hop| hop.is_tied(&lineage));
             let tied: Vec<&ChainHop> = tied.collect();
             let later = tied.first()?.from;
-            let path = chain.nodes.iter().rev().enumerate();
-            let turned = path.filter_map(|(place, node)| self.late(node, place));
+            let turned = chain.nodes.iter().rev().enumerate().filter_map(|(place, node)| self.late(node, place));
             let changed = self.short_run(TRIED, turned.collect());
             let older = age(chain, changed.as_ref())? - age(chain, (*unchanged).as_ref())?;
             let told = tied.iter().map(|hop| {
@@ -116,8 +115,8 @@ impl Experiment {
         notes.collect()
     }
 
-    /// The steps of a chain from one node to another one that reads at moments of its own: not when
-    /// the first one triggers it, nor in an executor, which has an order.
+    /// Returns the steps of a chain from one node to another one that reads at moments of its own:
+    /// not when the first one triggers it, nor in an executor, which has an order.
     fn hops(&self, chain: &DataChain, topology: &Topology) -> Vec<ChainHop> {
         let nodes = chain.nodes.iter().map(|name| topology.node(name));
         let nodes: Vec<usize> = nodes.flatten().collect();
@@ -144,14 +143,15 @@ impl Experiment {
         hops.collect()
     }
 
-    /// A knob by which a node starts so many microseconds late; `None` for one that is not to.
+    /// Returns a knob by which a node starts so many microseconds late; `None` for one that is not
+    /// to.
     fn late(&self, node: &str, micros: usize) -> Option<Knob> {
-        let mut set = self
+        let is_late = self
             .config
             .setup
             .iter()
-            .filter(|knob| knob.target() == node);
-        let is_late = set.any(|knob| knob.kind().sets(TickTiming::Start));
+            .filter(|knob| knob.target() == node)
+            .any(|knob| knob.kind().sets(TickTiming::Start));
         let late = Knob::Wakes {
             node: node.to_owned(),
             lateness: Draw::Constant(Duration::from_micros(micros as u64)),
@@ -159,7 +159,7 @@ impl Experiment {
         (micros > 0 && !is_late && self.check(&late).is_ok()).then_some(late)
     }
 
-    /// A run up to `end` with these `knobs`, and its messages and ticks.
+    /// Returns a run up to `end` with these `knobs`, and its messages and ticks.
     fn short_run(&self, end: Time, knobs: Vec<Knob>) -> Option<(Summary, Lineage)> {
         let end = self.config.end.min(end);
         let mut config = Config {
@@ -181,7 +181,7 @@ impl Experiment {
         Some((ended.ok()?, reader.join().ok()?))
     }
 
-    /// Whether a run of it starts a process.
+    /// Returns whether a run of it starts a process.
     fn starts_programs(&self) -> bool {
         self.config.setup.iter().any(|knob| match knob {
             Knob::Send { node, text } => self.system.knobs().is_program(node, text, true),
@@ -198,7 +198,7 @@ struct ChainHop {
 }
 
 impl ChainHop {
-    /// Whether nearly every message is read first at the instant of its delivery.
+    /// Returns whether nearly every message is read first at the instant of its delivery.
     fn is_tied(&self, lineage: &Lineage) -> bool {
         let reads = lineage.ticks(self.reader).filter_map(|worked| {
             let mut reads = worked.reads();

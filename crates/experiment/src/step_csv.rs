@@ -15,8 +15,8 @@ use ratelab_system::{StateTable, names::key};
 /// waits, loses some: minutes at 50 Hz.
 const BACKLOG: usize = 65_536;
 
-/// The first columns of a table of `experiment`, by which its file is known; `None` if its system has
-/// no states.
+/// Returns the first columns of a table of `experiment`, by which its file is known; `None` if its
+/// system has no states.
 pub fn header(experiment: &Experiment) -> Option<String> {
     let system = experiment.system();
     let state = system.state()?;
@@ -70,7 +70,7 @@ struct StepTable {
 }
 
 impl StepTable {
-    /// The empty table of `experiment`; `None` if its system has no states.
+    /// Creates the empty table of `experiment`; `None` if its system has no states.
     fn new(experiment: &Experiment) -> Option<Self> {
         let (system, taps) = (experiment.system(), experiment.taps());
         let topology = experiment.observer().topology();
@@ -78,8 +78,12 @@ impl StepTable {
             let topic = topology.topics.iter().find(|topic| topic.name == name);
             topic.is_some_and(|topic| !topic.readers.is_empty())
         };
-        let recorded = taps.topics().iter().map(|topic| topic.name());
-        let read: Vec<&str> = recorded.filter(|name| is_read(name)).collect();
+        let read: Vec<&str> = taps
+            .topics()
+            .iter()
+            .map(|topic| topic.name())
+            .filter(|name| is_read(name))
+            .collect();
         let table = system.robot().table();
         let names = read.iter().map(|name| format!("{}_dropped", key(name)));
         let more = table.map(|table| table.more.to_owned());
@@ -113,7 +117,7 @@ impl StepTable {
         Ok(tap.lost())
     }
 
-    /// The line of the table that `row` of the run makes, if it is a state.
+    /// Returns the line of the table that `row` of the run makes, if it is a state.
     fn row(&mut self, row: &RunRow) -> Option<String> {
         match row {
             RunRow::Tick(_, tick) => {
@@ -130,7 +134,7 @@ impl StepTable {
         }
     }
 
-    /// The line of a state.
+    /// Returns the line of a state.
     fn line(&self, head: &Head, numbers: &[f64]) -> String {
         let row = self
             .table
@@ -147,7 +151,7 @@ impl StepTable {
     }
 }
 
-/// Run time and the numbers; NaN and infinity give empty fields.
+/// Returns the run time and the numbers; NaN and infinity give empty fields.
 fn plain(at: Time, row: &[f64]) -> String {
     let values = row.iter().map(|value| match value {
         value if value.is_nan() => String::new(),
@@ -156,7 +160,7 @@ fn plain(at: Time, row: &[f64]) -> String {
     line(at.as_secs_f64(), values)
 }
 
-/// A line of the table.
+/// Returns a line of the table.
 fn line(first: impl ToString, cells: impl Iterator<Item = String>) -> String {
     cells.fold(first.to_string(), |line, cell| line + "," + &cell)
 }

@@ -56,13 +56,13 @@ pub struct MeanPushAge {
 }
 
 impl Summary {
-    /// The changes of knobs before and during the run: under the virtual clock the same
+    /// Returns the changes of knobs before and during the run: under the virtual clock the same
     /// configuration with these gives the same run.
     pub fn knobs(&self) -> Vec<TimedKnob> {
         self.events.iter().filter_map(Event::knob).collect()
     }
 
-    /// The mean age of the pushes of the run; `None` without a push.
+    /// Returns the mean age of the pushes of the run; `None` without a push.
     pub fn push_age(&self) -> Option<MeanPushAge> {
         let mut means = self.nodes.iter().filter_map(|node| {
             Some(MeanPushAge {
@@ -95,7 +95,7 @@ impl Summary {
         self.ages = ages.collect();
     }
 
-    /// The nodes that never ticked, and the topics without a message.
+    /// Returns the nodes that never ticked, and the topics without a message.
     pub fn silence(&self) -> Silence<'_> {
         let idle = self.nodes.iter().filter(|node| node.ticks == 0);
         let unsent = self.topics.iter().filter(|topic| topic.published == 0);
@@ -106,28 +106,29 @@ impl Summary {
         }
     }
 
-    /// The nodes that never ticked although their match took messages of each topic.
+    /// Returns the nodes that never ticked although their match took messages of each topic.
     fn unmatched(&self) -> impl Iterator<Item = Unmatched<'_>> {
-        let idle = self
-            .nodes
+        self.nodes
             .iter()
             .enumerate()
-            .filter(|(_, node)| node.ticks == 0 && node.triggers.len() > 1);
-        idle.filter_map(|(index, node)| {
-            let topics = node.triggers.iter().map(|topic| {
-                let topic = self.topics.get(*topic)?;
-                let mut readers = topic.readers.iter();
-                let took = readers.any(|reader| reader.node == index && reader.unmatched > 0);
-                took.then_some(&*topic.name)
-            });
-            Some(Unmatched {
-                node: &node.name,
-                topics: topics.collect::<Option<_>>()?,
+            .filter(|(_, node)| node.ticks == 0 && node.triggers.len() > 1)
+            .filter_map(|(index, node)| {
+                let topics = node.triggers.iter().map(|topic| {
+                    let topic = self.topics.get(*topic)?;
+                    let took = topic
+                        .readers
+                        .iter()
+                        .any(|reader| reader.node == index && reader.unmatched > 0);
+                    took.then_some(&*topic.name)
+                });
+                Some(Unmatched {
+                    node: &node.name,
+                    topics: topics.collect::<Option<_>>()?,
+                })
             })
-        })
     }
 
-    /// The chains of `system` through which no data came, each with the reason.
+    /// Returns the chains of `system` through which no data came, each with the reason.
     pub fn without_data(&self, system: &dyn System) -> Vec<String> {
         let silence = self.silence();
         let chains = system.about().chains.iter();
@@ -138,14 +139,17 @@ impl Summary {
         silent.collect()
     }
 
-    /// The latencies of the chains of `system` beside its main one, by their names.
+    /// Returns the latencies of the chains of `system` beside its main one, by their names.
     pub fn chain_latencies<'s>(
         &'s self,
         system: &'s dyn System,
     ) -> impl Iterator<Item = (&'s str, &'s Distribution)> {
         let main = system.latency();
-        let chains = system.about().chains.iter();
-        let others = chains.filter(move |chain| main != Some((chain.last(), chain.name())));
+        let others = system
+            .about()
+            .chains
+            .iter()
+            .filter(move |chain| main != Some((chain.last(), chain.name())));
         others.filter_map(|chain| {
             let mut latencies = self.latencies.iter();
             let (name, latency) = latencies.find(|(name, _)| *name == chain.name())?;
@@ -153,17 +157,17 @@ impl Summary {
         })
     }
 
-    /// The node called `name`.
+    /// Returns the node called `name`.
     pub fn node(&self, name: &str) -> Option<&NodeAccount> {
         self.nodes.iter().find(|node| *node.name == *name)
     }
 
-    /// The topic called `name`.
+    /// Returns the topic called `name`.
     pub fn topic(&self, name: &str) -> Option<&TopicAccount> {
         self.topics.iter().find(|topic| *topic.name == *name)
     }
 
-    /// An empty summary of a run of `config`, until the `verdict`.
+    /// Creates an empty summary of a run of `config`, until the `verdict`.
     pub fn new(config: &Config, verdict: Verdict) -> Self {
         Self {
             config: config.clone(),
@@ -205,17 +209,18 @@ impl Summary {
     }
 }
 
-/// The main latency of `system`.
+/// Returns the main latency of `system`.
 fn latency(system: &dyn System, snapshot: &Snapshot) -> Distribution {
     let meter = system.latency();
-    let distribution = meter.and_then(|(node, meter)| snapshot.meter(node, meter));
-    distribution.cloned().unwrap_or_default()
+    meter
+        .and_then(|(node, meter)| snapshot.meter(node, meter))
+        .cloned()
+        .unwrap_or_default()
 }
 
-/// The latencies of the chains of `system`.
+/// Returns the latencies of the chains of `system`.
 fn latencies(system: &dyn System, snapshot: &Snapshot) -> Vec<(String, Distribution)> {
-    let chains = system.about().chains.iter();
-    let latencies = chains.map(|chain| {
+    let latencies = system.about().chains.iter().map(|chain| {
         let distribution = snapshot.meter(chain.last(), chain.name());
         (
             chain.name().to_owned(),

@@ -30,9 +30,12 @@ impl Table {
     /// Returns the widths of the columns.
     pub fn widths(&self) -> Vec<usize> {
         let width = |column: usize| {
-            let lines = iter::once(&self.headers).chain(&self.rows);
-            let cells = lines.filter_map(|line| line.get(column));
-            cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+            iter::once(&self.headers)
+                .chain(&self.rows)
+                .filter_map(|line| line.get(column))
+                .map(|cell| cell.chars().count())
+                .max()
+                .unwrap_or(0)
         };
         (0..self.headers.len()).map(width).collect()
     }
@@ -41,25 +44,31 @@ impl Table {
     pub fn lines(&self) -> Vec<String> {
         let widths = self.widths();
         let line = |cells: &Vec<String>| {
-            let columns = cells.iter().zip(&widths).enumerate();
-            let padded = columns.map(|(column, (cell, width))| {
-                if self.named && column == 0 {
-                    format!("{cell:<width$}")
-                } else {
-                    format!("{cell:>width$}")
-                }
-            });
+            let padded = cells
+                .iter()
+                .zip(&widths)
+                .enumerate()
+                .map(|(column, (cell, width))| {
+                    if self.named && column == 0 {
+                        format!("{cell:<width$}")
+                    } else {
+                        format!("{cell:>width$}")
+                    }
+                });
             let line = padded.collect::<Vec<_>>().join("  ");
             line.trim_end().to_owned()
         };
-        let lines = iter::once(&self.headers).chain(&self.rows);
-        lines.map(line).collect()
+        iter::once(&self.headers)
+            .chain(&self.rows)
+            .map(line)
+            .collect()
     }
 }
 
 impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut lines = self.lines().into_iter();
-        lines.try_for_each(|line| writeln!(f, "{line}"))
+        self.lines()
+            .into_iter()
+            .try_for_each(|line| writeln!(f, "{line}"))
     }
 }

@@ -23,7 +23,7 @@ pub struct Taps {
 }
 
 impl Taps {
-    /// The chains through the topic with this index in the graph.
+    /// Returns the chains through the topic with this index in the graph.
     pub fn chains(&self, topic: usize) -> TopicChains {
         let tracker = self.tracker.as_ref();
         tracker
@@ -31,15 +31,15 @@ impl Taps {
             .unwrap_or_default()
     }
 
-    /// The recorded topics, in the order of their creation.
+    /// Returns the recorded topics, in the order of their creation.
     pub fn topics(&self) -> &[Arc<dyn RecordedTopic>] {
         &self.topics
     }
 
-    /// The recorded topic called `name`.
+    /// Returns the recorded topic called `name`.
     pub(super) fn topic(&self, name: &str) -> Option<&dyn RecordedTopic> {
-        let mut topics = self.topics.iter();
-        topics
+        self.topics
+            .iter()
             .find(|topic| topic.name() == name)
             .map(|topic| &**topic)
     }
@@ -50,7 +50,7 @@ impl Taps {
         Some(self.topic(name)?.tap(&self.tap_handle, capacity))
     }
 
-    /// A tap of a topic's messages; `None` also for another payload type.
+    /// Returns a tap of a topic's messages; `None` also for another payload type.
     pub fn messages<T: Payload>(&self, name: &str, capacity: usize) -> Option<Tap<TapMessage<T>>> {
         let topic: &dyn Any = self.topic(name)?;
         let named = topic.downcast_ref::<NamedTopic<T>>()?;

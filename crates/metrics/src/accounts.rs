@@ -43,17 +43,17 @@ impl Accounts {
         accounts
     }
 
-    /// The account of a node. Nodes that were added to the graph later have none.
+    /// Returns the account of a node. Nodes that were added to the graph later have none.
     pub(crate) fn node(&self, index: usize) -> Option<MutexGuard<'_, NodeAccount>> {
         self.nodes.get(index).map(lock)
     }
 
-    /// The account of a topic. Topics that were added to the graph later have none.
+    /// Returns the account of a topic. Topics that were added to the graph later have none.
     pub(crate) fn topic(&self, index: usize) -> Option<MutexGuard<'_, TopicAccount>> {
         self.topics.get(index).map(lock)
     }
 
-    /// All accounts, at run time `now`.
+    /// Returns all accounts, at run time `now`.
     pub(crate) fn snapshot(&self, now: Time, status: Status) -> Snapshot {
         let nodes = self.nodes.iter().map(|node| lock(node).clone());
         let mut nodes: Vec<NodeAccount> = nodes.collect();
@@ -89,23 +89,23 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// The node called `name`.
+    /// Returns the node called `name`.
     pub fn node(&self, name: &str) -> Option<&NodeAccount> {
         self.nodes.iter().find(|node| &*node.name == name)
     }
 
-    /// The measurement `name` of the node called `node`.
+    /// Returns the measurement `name` of the node called `node`.
     pub fn meter(&self, node: &str, name: &str) -> Option<&Distribution> {
         self.node(node)?.meter(name)
     }
 
-    /// The period of the node called `name`; zero if there is none.
+    /// Returns the period of the node called `name`; zero if there is none.
     pub fn period(&self, name: &str) -> Duration {
         self.node(name)
             .map_or(Duration::ZERO, |node| node.hz.period())
     }
 
-    /// The topic called `name`.
+    /// Returns the topic called `name`.
     pub fn topic(&self, name: &str) -> Option<&TopicAccount> {
         self.topics.iter().find(|topic| &*topic.name == name)
     }

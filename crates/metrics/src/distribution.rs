@@ -54,27 +54,27 @@ impl Distribution {
         self.max = self.max.max(nanos);
     }
 
-    /// Number of samples.
+    /// Returns the number of samples.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// The sum of all samples.
+    /// Returns the sum of all samples.
     pub fn sum(&self) -> Duration {
         Duration::from_nanos(self.sum)
     }
 
-    /// The mean in seconds, exact except for the last division; `None` without samples.
+    /// Returns the mean in seconds, exact except for the last division; `None` without samples.
     pub fn mean_s(&self) -> Option<f64> {
         (self.count > 0).then(|| self.sum as f64 / self.count as f64 / 1e9)
     }
 
-    /// The longest sample; `None` without samples.
+    /// Returns the longest sample; `None` without samples.
     pub fn max(&self) -> Option<Duration> {
         (self.count > 0).then(|| Duration::from_nanos(self.max))
     }
 
-    /// The duration that a share `quantile` (0 to 1) of the samples does not exceed;
+    /// Returns the duration that a share `quantile` (0 to 1) of the samples does not exceed;
     /// `None` without samples.
     pub fn quantile(&self, quantile: f64) -> Option<Duration> {
         let rank = ((quantile * self.count as f64).ceil() as u64).max(1);
@@ -90,11 +90,13 @@ impl Distribution {
         bar.map(|(duration, _)| duration)
     }
 
-    /// The durations in ascending order, each with its number of samples. Samples within
+    /// Returns the durations in ascending order, each with its number of samples. Samples within
     /// 0.1 % of each other are combined under their mean.
     pub fn bars(&self) -> impl Iterator<Item = (Duration, u64)> {
-        let blocks = self.blocks.iter();
-        let buckets = blocks.flat_map(|(block, buckets)| (block * BLOCK..).zip(buckets.iter()));
+        let buckets = self
+            .blocks
+            .iter()
+            .flat_map(|(block, buckets)| (block * BLOCK..).zip(buckets.iter()));
         buckets.filter_map(|(place, bucket)| {
             let mean = least(place) + bucket.excess.checked_div(bucket.count)?;
             Some((Duration::from_nanos(mean), bucket.count))
@@ -102,14 +104,14 @@ impl Distribution {
     }
 }
 
-/// The number of a value's bucket, over all octaves: below [`BUCKETS`] there is one per
+/// Returns the number of a value's bucket, over all octaves: below [`BUCKETS`] there is one per
 /// nanosecond.
 fn place(value: u64) -> u64 {
     let octave = u64::from((value | (BUCKETS / 2)).ilog2() + 1 - BUCKET_BITS);
     octave * BUCKETS + (value >> octave.saturating_sub(1)) % BUCKETS
 }
 
-/// The least value of a bucket.
+/// Returns the least value of a bucket.
 fn least(place: u64) -> u64 {
     let (octave, bucket) = (place / BUCKETS, place % BUCKETS);
     match octave {

@@ -32,8 +32,8 @@ pub use accounts::Snapshot;
 pub use distribution::Distribution;
 pub use fields::Fields;
 pub use lineage::{
-    AgePart, AgeParts, AgeStage, Chain, Lineage, PushInForce, TickWait, TracedTick, WaitsFor,
-    nanos, sensing_of,
+    AgeOverTime, AgePart, AgeParts, AgeStage, Chain, Lineage, PushInForce, TickWait, TracedTick,
+    WaitsFor, mean_parts, nanos, sensing_of,
 };
 pub use node::{NodeAccount, TickCauses, TickRecord, TopicRead};
 pub use observer::Observer;

@@ -94,15 +94,15 @@ pub struct TickRecord {
 }
 
 impl TickRecord {
-    /// Run time at which it was due, for a node that several topics trigger that at which its
-    /// set of messages was complete; not before the start.
+    /// Returns the run time at which it was due, for a node that several topics trigger that at which
+    /// its set of messages was complete; not before the start.
     pub fn due(&self) -> Time {
         self.at - self.lateness.unwrap_or_default()
     }
 }
 
 impl NodeAccount {
-    /// The account of `node` before its first record.
+    /// Creates the account of `node` before its first record.
     pub(crate) fn new(node: &NodeTopology) -> Self {
         let meters = node.meters.iter();
         Self {
@@ -161,7 +161,7 @@ impl NodeAccount {
         }
     }
 
-    /// The newest tick, which had these `times`, with its causes.
+    /// Returns the newest tick, which had these `times`, with its causes.
     pub(crate) fn newest_tick(&mut self, times: &TickTimes) -> TickRecord {
         let push = self.push_age.in_force();
         TickRecord {
@@ -176,7 +176,7 @@ impl NodeAccount {
         }
     }
 
-    /// The node's own measurement `name`.
+    /// Returns the node's own measurement `name`.
     pub fn meter(&self, name: &str) -> Option<&Distribution> {
         let meter = self.meters.iter().find(|(known, _)| **known == *name);
         meter.map(|(_, distribution)| distribution)

@@ -62,7 +62,7 @@ impl Observer {
         self.accounts.snapshot(self.now(), self.status())
     }
 
-    /// The graph with the rates and depths in force.
+    /// Returns the graph with the rates and depths in force.
     pub fn topology(&self) -> Topology {
         let (mut topology, now) = (self.accounts.topology.clone(), self.snapshot());
         for (node, account) in topology.nodes.iter_mut().zip(&now.nodes) {

@@ -8,10 +8,10 @@ use crate::{fields::Fields, rows::Rows, tap::Tap, tap_handle::TapHandle};
 
 /// A topic whose messages can be kept as rows, whatever their type.
 pub trait RecordedTopic: Any + Send + Sync {
-    /// Name of the topic.
+    /// Returns the name of the topic.
     fn name(&self) -> &str;
 
-    /// Names of the numbers in a message; see [`Fields::FIELDS`].
+    /// Returns the names of the numbers in a message; see [`Fields::FIELDS`].
     fn fields(&self) -> &[String];
 
     /// Passes every message to `listener` from now on. It is called by the publisher, so it has
@@ -27,16 +27,16 @@ pub trait RecordedTopic: Any + Send + Sync {
         RowTap { width, tap }
     }
 
-    /// The newest message, read without a subscription; `None` before the first.
+    /// Returns the newest message, read without a subscription; `None` before the first.
     fn newest(&self) -> Option<Rows>;
 
-    /// A publisher of rows from another process.
+    /// Returns a publisher of rows from another process.
     fn inlet(&self) -> RowInlet;
 
-    /// A reading end for the node of `wiring`.
+    /// Returns a reading end for the node of `wiring`.
     fn reader(&self, wiring: &mut Wiring<'_>) -> RowReader;
 
-    /// A reading end for a node that the messages trigger; see [`Wiring::trigger`].
+    /// Returns a reading end for a node that the messages trigger; see [`Wiring::trigger`].
     fn trigger(&self, wiring: &mut Wiring<'_>) -> RowReader;
 }
 
@@ -125,7 +125,7 @@ pub struct RowTap {
 }
 
 impl RowTap {
-    /// An empty list for messages of this topic, for [`take`](Self::take) to fill.
+    /// Returns an empty list for messages of this topic, for [`take`](Self::take) to fill.
     pub fn rows(&self) -> Rows {
         Rows::new(self.width)
     }
@@ -152,7 +152,7 @@ impl RowTap {
         true
     }
 
-    /// Number of messages lost because the tap was full.
+    /// Returns the number of messages lost because the tap was full.
     pub fn lost(&self) -> u64 {
         self.tap.lost()
     }

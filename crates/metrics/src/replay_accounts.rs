@@ -7,8 +7,8 @@ use std::{
 };
 
 use ratelab::{
-    Command, Event, EventKind, Head, Knob, NodeRecord, Push, RunState, Status, TickTimes, Time,
-    TopicRecord, Topology, sync::Arc,
+    Command, Event, EventKind, Head, Knob, NodeRecord, Push, Status, TickTimes, Time, TopicRecord,
+    Topology, clock::RunWriter, sync::Arc,
 };
 
 use crate::{
@@ -33,6 +33,7 @@ const MOST_KEPT: usize = 1 << 16;
 /// ordered by priority. Messages lost to a shallower queue appear with the next message,
 /// or with the total passed to [`lost`](Self::lost) at the end.
 pub struct ReplayAccounts {
+    run: RunWriter,
     observer: Observer,
     queues: Vec<ReplayQueue>,
 }
@@ -53,15 +54,17 @@ struct ReplayQueue {
 }
 
 impl ReplayAccounts {
-    /// The accounts of a graph with this `topology` and `status` before its run.
+    /// Creates the accounts of a graph with this `topology` and `status` before its run.
     pub fn new(topology: &Topology, status: Status) -> Self {
         let queues = topology.topics.iter().map(|_| ReplayQueue::default());
+        let run = RunWriter::new(status);
         Self {
             queues: queues.collect(),
             observer: Observer {
-                run: Arc::new(RunState::new(status)),
+                run: run.state(),
                 accounts: Arc::new(Accounts::new(topology.clone())),
             },
+            run,
         }
     }
 
@@ -73,7 +76,7 @@ impl ReplayAccounts {
     /// Sets run time to `now`. At the end of a run it may go back: the real clock ends at
     /// its end time, even if the last tick began a little later.
     pub fn set_now(&self, now: Time) {
-        self.observer.set_now(now);
+        self.run.set_now(now);
     }
 
     /// Adds a tick of the node with index `node`, with its reads.
@@ -153,11 +156,11 @@ impl ReplayAccounts {
             EventKind::Crashed { node, .. } => self.named(node, &NodeRecord::Crashed),
             _ => {}
         }
-        self.observer.note(event.at, event.what.clone());
+        self.run.note(event.at, event.what.clone());
     }
 
     fn apply(&mut self, at: Time, command: &Command) {
-        let run = &self.observer.run;
+        let run = &self.run;
         match command {
             Command::Set(Knob::Rate { node, hz }) => self.named(node, &NodeRecord::Rate(*hz)),
             Command::Set(Knob::Crash { node }) => self.named(node, &NodeRecord::Crashed),
@@ -202,7 +205,7 @@ impl ReplayAccounts {
     }
 }
 
-/// Whether a message goes through a link.
+/// Returns whether a message goes through a link.
 fn is_linked(head: &Head) -> bool {
     head.arrives != Some(head.at)
 }
@@ -231,13 +234,13 @@ impl ReplayQueue {
         while let Some(next) = self.in_flight.first_entry()
             && next.key().0 <= now
         {
-            let sent = next.remove();
+            let ((at, seq), sent) = next.remove_entry();
             let overtaken = self.delivered.is_some_and(|newest| sent.seq < newest);
             if !overtaken {
                 self.delivered = Some(sent.seq);
             }
             if is_linked(&sent) {
-                account.add(&TopicRecord::Delivered { overtaken })
+                account.add(&TopicRecord::Delivered { seq, at, overtaken })
             } else {
                 account.overtaken += u64::from(overtaken)
             }

@@ -37,12 +37,12 @@ impl Rows {
         fits
     }
 
-    /// Number of messages.
+    /// Returns the number of messages.
     pub fn len(&self) -> usize {
         self.heads.len()
     }
 
-    /// Whether there are no messages.
+    /// Returns whether there are no messages.
     pub fn is_empty(&self) -> bool {
         self.heads.is_empty()
     }
@@ -52,30 +52,32 @@ impl Rows {
         self.width
     }
 
-    /// The messages without their payloads, oldest first.
+    /// Returns the messages without their payloads, oldest first.
     pub fn heads(&self) -> &[Head] {
         &self.heads
     }
 
-    /// The numbers of all messages, one after the other.
+    /// Returns the numbers of all messages, one after the other.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
-    /// The numbers of message `index`; empty without such a message.
+    /// Returns the numbers of message `index`; empty without such a message.
     pub fn row(&self, index: usize) -> &[f64] {
         let start = index * self.width;
         let row = self.values.get(start..start + self.width);
         row.unwrap_or_default()
     }
 
-    /// All messages, oldest first.
+    /// Returns all messages, oldest first.
     pub fn iter(&self) -> impl DoubleEndedIterator<Item = (&Head, &[f64])> {
-        let rows = self.heads.iter().enumerate();
-        rows.map(|(index, head)| (head, self.row(index)))
+        self.heads
+            .iter()
+            .enumerate()
+            .map(|(index, head)| (head, self.row(index)))
     }
 
-    /// The newest message.
+    /// Returns the newest message.
     pub fn last(&self) -> Option<(&Head, &[f64])> {
         self.iter().next_back()
     }

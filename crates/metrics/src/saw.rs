@@ -22,7 +22,7 @@ pub struct Saw {
 }
 
 impl Saw {
-    /// The age from run time `now` on, by a sensing at `sensed`.
+    /// Creates the age from run time `now` on, by a sensing at `sensed`.
     pub fn new(now: Time, sensed: Time) -> Self {
         Self {
             first: now,
@@ -33,7 +33,7 @@ impl Saw {
         }
     }
 
-    /// The age once something sensed at `sensed` is in force, from run time `now` on.
+    /// Returns the age once something sensed at `sensed` is in force, from run time `now` on.
     #[must_use]
     pub fn drop_to(&self, now: Time, sensed: Time) -> Self {
         Self {
@@ -45,12 +45,12 @@ impl Saw {
         }
     }
 
-    /// The age at run time `now`.
+    /// Returns the age at run time `now`.
     pub fn age(&self, now: Time) -> Duration {
         now.since(self.sensed)
     }
 
-    /// The greatest age up to run time `now`.
+    /// Returns the greatest age up to run time `now`.
     pub fn greatest(&self, now: Time) -> Duration {
         self.greatest.max(self.age(now))
     }
@@ -63,13 +63,13 @@ impl Saw {
         self.twice_area.saturating_add(more)
     }
 
-    /// The integral of the age from the first to run time `now` (s²).
+    /// Returns the integral of the age from the first to run time `now` (s²).
     pub fn area_s2(&self, now: Time) -> f64 {
         self.twice_area(now) as f64 / 2e18
     }
 
-    /// The mean over time from the first to run time `now` (s), or to the begin of what is in force if
-    /// that is later; `None` if no time has passed.
+    /// Returns the mean over time from the first to run time `now` (s), or to the begin of what is
+    /// in force if that is later; `None` if no time has passed.
     pub fn mean_s(&self, now: Time) -> Option<f64> {
         let time = now.max(self.since).since(self.first);
         (!time.is_zero()).then(|| self.area_s2(now) / time.as_secs_f64())
@@ -115,20 +115,20 @@ impl PushAge {
         }
     }
 
-    /// The push in force; `None` before the first.
+    /// Returns the push in force; `None` before the first.
     pub fn in_force(&self) -> Option<Push> {
         let sensed = self.late.back()?.sensed;
         let at = self.applied;
         Some(Push { at, sensed })
     }
 
-    /// The age over time of the push in force; `None` before the first.
+    /// Returns the age over time of the push in force; `None` before the first.
     pub fn saw(&self) -> Option<&Saw> {
         self.late.back()
     }
 
-    /// The age in the last second before run time `now`, or since the first push; `None` if no
-    /// time has passed.
+    /// Returns the age in the last second before run time `now`, or since the first push; `None` if
+    /// no time has passed.
     pub fn lately(&self, now: Time) -> Option<LateAge> {
         let (oldest, push) = (self.late.front()?, self.late.back()?);
         // A push may be later than this reading: the oldest one that is kept may be, too.
@@ -137,9 +137,12 @@ impl PushAge {
         let then = self.late.iter().rev().find(|push| push.since <= from);
         let before = then.map_or(0, |then| then.twice_area(from));
         let ends = self.late.iter().skip(1).map(|next| next.since);
-        let pushes = self.late.iter().zip(ends.chain([now]));
-        let late_pushes = pushes.filter(|(_, end)| *end >= from);
-        let ages = late_pushes.map(|(push, end)| push.age(end));
+        let ages = self
+            .late
+            .iter()
+            .zip(ends.chain([now]))
+            .filter(|(_, end)| *end >= from)
+            .map(|(push, end)| push.age(end));
         (time > 0.0).then(|| LateAge {
             from,
             mean_s: (push.twice_area(now) - before) as f64 / 2e18 / time,

@@ -29,8 +29,8 @@ pub(crate) type MessageListener = dyn FnMut(&Head, &dyn Any) -> bool + Send;
 pub(crate) type TickListener = dyn FnMut(&TickRecord) -> bool + Send;
 
 impl AccountSink {
-    /// The sink of `graph`, from now on if it had none. Covers the nodes and topics that the
-    /// graph has at this moment. Beside a sink of another kind it gets nothing.
+    /// Returns the sink of `graph`, from now on if it had none. Covers the nodes and topics that
+    /// the graph has at this moment. Beside a sink of another kind it gets nothing.
     pub(crate) fn from_graph(graph: &Graph) -> Arc<Self> {
         let sink: Arc<dyn Any + Send + Sync> = graph.sink_or(|| Arc::new(Self::new(graph)));
         let known = sink.downcast::<Self>();

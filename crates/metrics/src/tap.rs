@@ -50,12 +50,12 @@ pub struct Tap<T> {
 }
 
 impl<T> Tap<T> {
-    /// The receiver of the items; disconnected when the tap has ended.
+    /// Returns the receiver of the items; disconnected when the tap has ended.
     pub fn items(&self) -> &Receiver<T> {
         &self.items
     }
 
-    /// Number of items lost because the tap was full.
+    /// Returns the number of items lost because the tap was full.
     pub fn lost(&self) -> u64 {
         self.lost.load(Ordering::Relaxed)
     }
@@ -112,7 +112,7 @@ pub(crate) struct LotSender<T> {
 
 impl<T> LotSender<T> {
     /// Number of items in a lot.
-    const ITEMS: usize = 512;
+    const ITEMS: usize = 128;
 
     /// Sends lots to `end`.
     pub(crate) fn new(end: TapSender<Vec<T>>) -> Self {
@@ -165,7 +165,7 @@ impl<L> Listeners<L> {
         self.any.store(true, Ordering::Release);
     }
 
-    /// Whether there are any.
+    /// Returns whether there are any.
     #[inline]
     pub(crate) fn are_any(&self) -> bool {
         self.any.load(Ordering::Acquire)
@@ -193,7 +193,7 @@ impl<T> Default for Copies<T> {
 }
 
 impl<T: Clone> Copies<T> {
-    /// A tap for all items from now on. A full one, of `capacity` items, loses and counts.
+    /// Returns a tap for all items from now on. A full one, of `capacity` items, loses and counts.
     pub fn tap(&self, capacity: usize) -> Tap<T> {
         let (end, tap) = tap(capacity, None);
         self.0.add(end);

@@ -51,7 +51,7 @@ impl TapHandle {
         taps.collect()
     }
 
-    /// A tap for `capacity` items, with the end to be filled by a listener.
+    /// Returns a tap for `capacity` items, with the end to be filled by a listener.
     pub(crate) fn tap<I>(&self, capacity: usize) -> (TapSender<I>, Tap<I>) {
         tap(capacity, Some(self.0.run.clone()))
     }

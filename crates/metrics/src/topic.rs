@@ -66,7 +66,7 @@ pub struct Flight {
 }
 
 impl TopicAccount {
-    /// The account of `topic` before its first record.
+    /// Creates the account of `topic` before its first record.
     pub(crate) fn new(topic: &TopicTopology) -> Self {
         let readers = topic.readers.iter().map(|node| ReaderAccount {
             node: *node,
@@ -97,7 +97,7 @@ impl TopicAccount {
     pub(crate) fn add(&mut self, record: &TopicRecord<'_>) {
         match record {
             TopicRecord::Sent { head, link, .. } => self.send(head, *link),
-            TopicRecord::Delivered { overtaken } => {
+            TopicRecord::Delivered { overtaken, .. } => {
                 self.delivered += 1;
                 self.overtaken += u64::from(*overtaken);
             }
@@ -149,12 +149,12 @@ impl TopicAccount {
         self.flights.push_back(Flight { released, arrives });
     }
 
-    /// Messages in flight at the last publication or reading, or at the end of the run.
+    /// Returns the messages in flight at the last publication or reading, or at the end of the run.
     pub fn in_flight(&self) -> u64 {
         self.flown.saturating_sub(self.delivered)
     }
 
-    /// Messages per second in the last second before run time `now`.
+    /// Returns messages per second in the last second before run time `now`.
     pub fn per_second(&self, now: Time) -> f64 {
         self.sent.per_second(now)
     }
@@ -169,35 +169,37 @@ impl TopicAccount {
         }
     }
 
-    /// Whether a node reads it.
+    /// Returns whether a node reads it.
     pub fn is_read(&self) -> bool {
         !self.readers.is_empty()
     }
 
-    /// Messages lost unread, over all readers.
+    /// Returns the messages lost unread, over all readers.
     pub fn dropped(&self) -> u64 {
         self.readers.iter().map(|reader| reader.dropped).sum()
     }
 
-    /// Messages that matches took and used in no set, over all readers.
+    /// Returns the messages that matches took and used in no set, over all readers.
     pub fn unmatched(&self) -> u64 {
         self.readers.iter().map(|reader| reader.unmatched).sum()
     }
 
-    /// Messages dropped unread within the last second.
+    /// Returns the messages dropped unread within the last second.
     pub fn dropped_lately(&self, now: Time) -> u64 {
-        let readers = self.readers.iter();
-        readers.map(|reader| reader.dropped_lately(now)).sum()
+        self.readers
+            .iter()
+            .map(|reader| reader.dropped_lately(now))
+            .sum()
     }
 
-    /// Messages that its link lost within the last second.
+    /// Returns the messages that its link lost within the last second.
     pub fn lost_lately(&self, now: Time) -> u64 {
         self.losses.lately(now)
     }
 }
 
 impl ReaderAccount {
-    /// Messages evicted within the last second.
+    /// Returns the messages evicted within the last second.
     pub fn dropped_lately(&self, now: Time) -> u64 {
         self.drops.lately(now)
     }

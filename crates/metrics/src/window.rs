@@ -58,7 +58,7 @@ impl RateWindow {
     }
 }
 
-/// The number of a slice; numbers start at one, so that zero marks an empty one.
+/// Returns the number of a slice; numbers start at one, so that zero marks an empty one.
 fn slice_number(time: Time) -> u64 {
     time.as_nanos() / SLICE_NANOS + 1
 }

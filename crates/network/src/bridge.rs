@@ -107,12 +107,12 @@ impl Bridge {
         Ok(())
     }
 
-    /// The topics that arrive here.
+    /// Returns the topics that arrive here.
     pub fn inlets(&self) -> &[Arc<Inlet>] {
         &self.part.inlets
     }
 
-    /// What runs in the other processes whose clocks are known, so that their messages
+    /// Returns what runs in the other processes whose clocks are known, so that their messages
     /// count, and that are set up as this one.
     pub fn others(&self) -> Vec<Info> {
         let mut infos = self.part.peers.infos();
@@ -122,11 +122,13 @@ impl Bridge {
         infos
     }
 
-    /// Whether the parts of these `others` have begun: from then on they are ready for ours.
+    /// Returns whether the parts of these `others` have begun: from then on they are ready for
+    /// ours.
     pub fn have_begun(&self, others: &[Info]) -> bool {
         let running = self.part.peers.running();
-        let mut others = others.iter();
-        others.all(|info| running.contains(&info.incarnation))
+        others
+            .iter()
+            .all(|info| running.contains(&info.incarnation))
     }
 
     /// Where the run begins with this process: waits until each node runs somewhere, or a ROS
@@ -140,11 +142,12 @@ impl Bridge {
         loop {
             let others = self.others();
             let runs = |node: &str| others.iter().any(|info| info.runs(node));
-            let away = all
+            let missing: Vec<&str> = all
                 .iter()
                 .map(|node| &*node.name)
-                .filter(|node| !self.part.own.runs(node));
-            let missing: Vec<&str> = away.filter(|node| !runs(node)).collect();
+                .filter(|node| !self.part.own.runs(node))
+                .filter(|node| !runs(node))
+                .collect();
             let ready = missing.is_empty() && self.have_begun(&others);
             if ready || self.has_ros_nodes() {
                 return (self.notice)("all nodes are there: the run begins");
@@ -166,22 +169,21 @@ impl Bridge {
         }
     }
 
-    /// What keeps processes that are there out of the run: another setup, another graph.
+    /// Returns what keeps processes that are there out of the run: another setup, another graph.
     fn misfits(&self) -> Vec<String> {
-        let infos = self.part.peers.infos().into_iter();
-        let differ = infos.filter_map(|info| {
+        let differ = self.part.peers.infos().into_iter().filter_map(|info| {
             let why = difference(&self.part.own, &info, self.aliases)?;
             Some(format!("{}: {why}", info.place()))
         });
         differ.chain(other_systems(&self.part.peers)).collect()
     }
 
-    /// Whether ROS nodes take the place of the other processes.
+    /// Returns whether ROS nodes take the place of the other processes.
     pub fn has_ros_nodes(&self) -> bool {
         self.ros.as_ref().is_some_and(Ros::has_others)
     }
 
-    /// The clocks of all processes.
+    /// Returns the clocks of all processes.
     pub fn times(&self) -> &Times {
         &self.part.times
     }
@@ -195,7 +197,7 @@ impl Drop for Bridge {
     }
 }
 
-/// The text for a process that waits for the one that begins the run.
+/// Returns the text for a process that waits for the one that begins the run.
 fn waiting(peers: &Peers) -> String {
     let others = other_systems(peers)
         .map(|others| format!("; {others}"))
@@ -203,7 +205,7 @@ fn waiting(peers: &Peers) -> String {
     format!("waiting for the process that begins the run{others}")
 }
 
-/// The text for processes of other graphs; `None` without such processes.
+/// Returns the text for processes of other graphs; `None` without such processes.
 fn other_systems(peers: &Peers) -> Option<String> {
     let names: Vec<String> = peers.other_systems().into_iter().collect();
     let names = names.join(", ");

@@ -128,10 +128,7 @@ impl Commands {
         let what = format!("the run is stopped by {name}");
         if let Some(node) = self.part.own.nodes.first() {
             let now = self.part.times.observer.now();
-            self.part
-                .times
-                .observer
-                .note_presence(now, node, true, &what);
+            self.part.times.run.note_presence(now, node, true, &what);
         }
     }
 

@@ -24,7 +24,7 @@ pub enum NetworkError {
 }
 
 impl NetworkError {
-    /// An error of zenoh while trying `what`.
+    /// Returns an error of zenoh while trying `what`.
     pub(crate) fn network(what: &impl Display, why: &impl Display) -> Self {
         Self::Network(format!("{what}: {}", reason(why)))
     }
@@ -42,7 +42,7 @@ impl<T, E: Display> Attempted<T> for Result<T, E> {
     }
 }
 
-/// The text of an error of zenoh, without the place in zenoh's source.
+/// Returns the text of an error of zenoh, without the place in zenoh's source.
 pub(crate) fn reason(why: &impl Display) -> String {
     let why = why.to_string();
     why.split(" at /").next().unwrap_or_default().to_owned()

@@ -76,22 +76,22 @@ impl Follower {
         })
     }
 
-    /// The names of the other systems that have processes there.
+    /// Returns the names of the other systems that have processes there.
     pub fn other_systems(&self) -> BTreeSet<String> {
         lock(&self.strangers).values().cloned().collect()
     }
 
-    /// What runs in each process that is there.
+    /// Returns what runs in each process that is there.
     pub fn processes(&self) -> Vec<Info> {
         self.peers.infos()
     }
 
-    /// What happened since the last call, with the number of its process.
+    /// Returns what happened since the last call, with the number of its process.
     pub fn batches(&self) -> impl Iterator<Item = (u64, Batch)> + '_ {
         self.batches.try_iter()
     }
 
-    /// How far `clock` is ahead of ours; `None` while unknown.
+    /// Returns how far `clock` is ahead of ours; `None` while unknown.
     pub fn estimate(&self, clock: ClockId) -> Option<Estimate> {
         self.peers.offsets.estimate(clock)
     }

@@ -63,7 +63,7 @@ impl Inlet {
         })
     }
 
-    /// The sender, and what was lost.
+    /// Returns the sender, and what was lost.
     pub fn sender(&self) -> MutexGuard<'_, Sender> {
         lock(&self.sender)
     }
@@ -102,7 +102,7 @@ impl Inlet {
         Ok(at)
     }
 
-    /// What message number `seq` of the local topic is at its sender.
+    /// Returns what message number `seq` of the local topic is at its sender.
     pub(crate) fn sent_message(&self, seq: u64) -> Option<SentMessage> {
         let known = self.numbers.find(|here, _| *here == seq);
         known.map(|(_, sent)| sent)
@@ -157,6 +157,7 @@ mod tests {
             sender: Mutex::default(),
             times: Arc::new(Times::new(
                 Observer::new(&graph),
+                graph.run_writer(),
                 Arc::default(),
                 wrong_clocks,
             )),

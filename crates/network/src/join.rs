@@ -78,8 +78,8 @@ pub(crate) fn check_again(
     refuse_taken(own, infos.iter().filter(was_first))
 }
 
-/// What runs in those that are present, once all but the `mute` ones have answered, or shortly
-/// after `began`; and who has not answered by then.
+/// Returns what runs in those that are present, once all but the `mute` ones have answered, or
+/// shortly after `began`; and who has not answered by then.
 fn answers(
     peers: &Peers,
     began: Instant,
@@ -113,8 +113,8 @@ fn refuse_taken<'a>(
     )))
 }
 
-/// How the process `other` is set up differently from `own`, with what to try; `None` if it is
-/// not. What is not set has the default of its one of `aliases`.
+/// Returns how the process `other` is set up differently from `own`, with what to try; `None` if it
+/// is not. What is not set has the default of its one of `aliases`.
 pub(crate) fn difference(own: &Info, other: &Info, aliases: &[Alias]) -> Option<String> {
     let mut all = Vec::new();
     if own.ratelab != other.ratelab {
@@ -149,7 +149,7 @@ fn world(kind: WorldKind) -> String {
     }
 }
 
-/// The knobs that are set to different values before the run.
+/// Returns the knobs that are set to different values before the run.
 fn knobs(own: &Info, other: &Info, aliases: &[Alias]) -> Vec<String> {
     let [here, there] = [own, other].map(|info| complete(&info.config.setup, aliases));
     let text = |knob: &Knob| format!("{:?}", knob.to_string());
@@ -167,18 +167,19 @@ fn knobs(own: &Info, other: &Info, aliases: &[Alias]) -> Vec<String> {
     of_here.chain(of_there).collect()
 }
 
-/// The setup with the defaults of what it does not set.
+/// Returns the setup with the defaults of what it does not set.
 fn complete(setup: &Setup, aliases: &[Alias]) -> Setup {
-    let defaults = aliases
+    let mut complete: Setup = aliases
         .iter()
-        .filter_map(|alias| alias.set(alias.default).ok());
-    let mut complete: Setup = defaults.flatten().collect();
+        .filter_map(|alias| alias.set(alias.default).ok())
+        .flatten()
+        .collect();
     complete.extend(setup.iter().cloned());
     complete
 }
 
-/// Whether two knobs are the same. A file may have another path on another machine: its digest
-/// decides.
+/// Returns whether two knobs are the same. A file may have another path on another machine: its
+/// digest decides.
 fn is_same(one: &Knob, other: &Knob) -> bool {
     let digest = |knob: &Knob| match knob {
         Knob::Send { text, .. } => Some(text.rsplit_once(Digest::PIN)?.1.to_owned()),
@@ -187,7 +188,7 @@ fn is_same(one: &Knob, other: &Knob) -> bool {
     one == other || digest(one).is_some_and(|digest_of| Some(digest_of) == digest(other))
 }
 
-/// The first difference of two graphs.
+/// Returns the first difference of two graphs.
 fn graph_differences(here: &Topology, there: &Topology) -> String {
     if let Some((here, there)) = first(&here.nodes, &there.nodes) {
         return if here.name != there.name {
@@ -210,7 +211,7 @@ fn graph_differences(here: &Topology, there: &Topology) -> String {
     both(count(there), count(here))
 }
 
-/// The first two that differ.
+/// Returns the first two that differ.
 fn first<'a, T: PartialEq>(here: &'a [T], there: &'a [T]) -> Option<(&'a T, &'a T)> {
     here.iter().zip(there).find(|(here, there)| here != there)
 }

@@ -31,13 +31,13 @@ impl Of {
 }
 
 impl Keys {
-    /// The keys of the system called `system`.
+    /// Creates the keys of the system called `system`.
     pub fn new(system: &str) -> Self {
         let root = format!("ratelab/1/{}", chunk(system));
         Self { root }
     }
 
-    /// The key of the messages of `node` on `topic`.
+    /// Returns the key of the messages of `node` on `topic`.
     pub fn data(&self, node: &str, topic: &str) -> String {
         let parts: Vec<String> = topic
             .split('/')
@@ -47,12 +47,12 @@ impl Keys {
         format!("{}/data/{}/{}", self.root, chunk(node), parts.join("/"))
     }
 
-    /// The key of the presence of a process.
+    /// Returns the key of the presence of a process.
     pub fn process(&self, incarnation: u64) -> String {
         format!("{}/process/{incarnation:016x}", self.root)
     }
 
-    /// The keys of all presences.
+    /// Returns the keys of all presences.
     pub fn processes(&self) -> String {
         format!("{}/process/*", self.root)
     }
@@ -60,24 +60,24 @@ impl Keys {
     /// The keys of the presences of all systems.
     pub const ALL: &str = "ratelab/1/*/process/*";
 
-    /// The name of the system that a presence is of, as in the key, unless it is ours.
+    /// Returns the name of the system that a presence is of, as in the key, unless it is ours.
     pub fn other_system<'a>(&self, presence: &'a str) -> Option<&'a str> {
         let (root, _) = presence.split_once("/process/")?;
         let name = root.strip_prefix("ratelab/1/")?;
         (root != self.root).then_some(name)
     }
 
-    /// The key of one thing of a process.
+    /// Returns the key of one thing of a process.
     pub fn endpoint(&self, incarnation: u64, of: Of) -> String {
         format!("{}/{}", self.process(incarnation), of.0)
     }
 
-    /// The keys of one thing of all processes.
+    /// Returns the keys of one thing of all processes.
     pub fn all_endpoints(&self, of: Of) -> String {
         format!("{}/{}", self.processes(), of.0)
     }
 
-    /// The process that a key is of.
+    /// Returns the process that a key is of.
     pub fn incarnation(&self, key: &str) -> Option<u64> {
         let of = key.strip_prefix(&self.root)?.strip_prefix("/process/")?;
         let id = of.split('/').next()?;
@@ -85,7 +85,7 @@ impl Keys {
     }
 }
 
-/// A name as one part of a key: other characters than letters, digits, `_`, `.` and `-` as
+/// Returns a name as one part of a key: other characters than letters, digits, `_`, `.` and `-` as
 /// `%` with two digits for each byte.
 fn chunk(name: &str) -> String {
     let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"_.-".contains(&byte);

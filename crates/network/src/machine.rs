@@ -22,7 +22,7 @@ pub type Nanos = i64;
 pub struct ClockId(pub u64);
 
 impl ClockId {
-    /// The clock of this process: from the boot of its machine and its time namespace,
+    /// Returns the clock of this process: from the boot of its machine and its time namespace,
     /// which may shift it. Where the system has neither it is this process's own.
     pub fn here() -> Self {
         static HERE: OnceLock<ClockId> = OnceLock::new();
@@ -47,20 +47,20 @@ pub struct ClockMoment {
 }
 
 impl ClockMoment {
-    /// The present moment of this machine's clock.
+    /// Returns the present moment of this machine's clock.
     pub fn now() -> Self {
         let clock = ClockId::here();
         Self { clock, at: now() }
     }
 }
 
-/// The present moment of this machine's clock.
+/// Returns the present moment of this machine's clock.
 pub fn now() -> Nanos {
     let now = clock_gettime(Kind::Monotonic);
     now.tv_sec.saturating_mul(1_000_000_000) + now.tv_nsec
 }
 
-/// The moment of this machine's clock at `instant`.
+/// Returns the moment of this machine's clock at `instant`.
 pub fn moment_of(instant: Instant) -> Nanos {
     let (read, now) = (Instant::now(), now());
     let nanos = |duration: Duration| Nanos::try_from(duration.as_nanos()).unwrap_or(Nanos::MAX);
@@ -70,13 +70,13 @@ pub fn moment_of(instant: Instant) -> Nanos {
     }
 }
 
-/// Its name.
+/// Returns its name.
 pub fn host() -> String {
     let name = rustix::system::uname();
     name.nodename().to_string_lossy().into_owned()
 }
 
-/// A random number, for names that are used once.
+/// Returns a random number, for names that are used once.
 pub fn random() -> u64 {
     // The standard library seeds each of these from the system's random numbers.
     let mut hasher = RandomState::new().build_hasher();

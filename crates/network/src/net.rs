@@ -25,7 +25,7 @@ use zenoh::{
 
 use crate::error::{self, Attempted, NetworkError};
 
-/// A publisher on `key` that drops messages where the network is too slow: the next one is
+/// Returns a publisher on `key` that drops messages where the network is too slow: the next one is
 /// newer.
 pub(crate) fn publisher(
     session: &Session,
@@ -39,7 +39,7 @@ pub(crate) fn publisher(
     publisher.priority(priority).wait().tried(what)
 }
 
-/// Whether somebody subscribes to what is published.
+/// Returns whether somebody subscribes to what is published.
 pub(crate) fn is_heard(publisher: &Publisher<'static>) -> bool {
     let status = publisher.matching_status().wait();
     status.is_ok_and(|status| status.matching())
@@ -85,7 +85,7 @@ pub(crate) struct Question {
 }
 
 impl Question {
-    /// What is asked.
+    /// Returns what is asked.
     pub(crate) fn payload(&self) -> Vec<u8> {
         let payload = self.query.payload();
         payload.map_or_else(Vec::new, |payload| payload.to_bytes().into_owned())
@@ -155,8 +155,10 @@ pub(crate) fn connect(
             }
         };
         if left(began, wait).is_zero() {
-            let before = noted.map(|(reason, _)| reason);
-            let why = before.filter(|_| why == NO_ANSWER).unwrap_or(why);
+            let why = noted
+                .map(|(reason, _)| reason)
+                .filter(|_| why == NO_ANSWER)
+                .unwrap_or(why);
             return Err(NetworkError::network(&what, &why));
         }
         note(&what, &why, &mut noted, notice);
@@ -165,7 +167,7 @@ pub(crate) fn connect(
     }
 }
 
-/// What is left of the time to wait.
+/// Returns what is left of the time to wait.
 fn left(began: Instant, wait: Option<Duration>) -> Duration {
     wait.map_or(Duration::MAX, |wait| wait.saturating_sub(began.elapsed()))
 }
@@ -228,8 +230,8 @@ impl Visit for Reason {
     }
 }
 
-/// A reason without the places in zenoh's source and without the addresses, of which one end
-/// is another one at each attempt.
+/// Returns a reason without the places in zenoh's source and without the addresses, of which one
+/// end is another one at each attempt.
 fn shortened(why: &str) -> String {
     let why = why.split(" at /").next().unwrap_or_default();
     let innermost = why.rsplit(": ").next().unwrap_or_default();

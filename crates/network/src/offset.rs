@@ -48,7 +48,7 @@ impl Estimate {
     /// The other clock is ours.
     pub const SAME: Self = Self { ahead: 0, bound: 0 };
 
-    /// The moment of our clock at `theirs` of the other one.
+    /// Returns the moment of our clock at `theirs` of the other one.
     pub fn ours(self, theirs: Nanos) -> Nanos {
         theirs.saturating_sub(self.ahead)
     }
@@ -63,7 +63,7 @@ impl Estimate {
 }
 
 impl RoundTrip {
-    /// The estimate from this round trip alone, at `now`; `None` if its times are
+    /// Returns the estimate from this round trip alone, at `now`; `None` if its times are
     /// impossible.
     fn estimate(self, now: Nanos) -> Option<Estimate> {
         let most = self.arrived.checked_sub(self.left)?;
@@ -103,10 +103,12 @@ impl Offset {
         step
     }
 
-    /// The estimate with the least bound at `now`; `None` before the first.
+    /// Returns the estimate with the least bound at `now`; `None` before the first.
     pub fn at(&self, now: Nanos) -> Option<Estimate> {
-        let all = self.0.iter().filter_map(|trip| trip.estimate(now));
-        all.min_by_key(|estimate| estimate.bound)
+        self.0
+            .iter()
+            .filter_map(|trip| trip.estimate(now))
+            .min_by_key(|estimate| estimate.bound)
     }
 }
 
@@ -119,7 +121,7 @@ pub struct Offsets {
 }
 
 impl Offsets {
-    /// How far `clock` is ahead of ours; `None` while unknown.
+    /// Returns how far `clock` is ahead of ours; `None` while unknown.
     pub fn estimate(&self, clock: ClockId) -> Option<Estimate> {
         if clock == ClockId::here() {
             return Some(Estimate::SAME);
@@ -133,7 +135,7 @@ impl Offsets {
         lock(&self.steps).extend(step.map(|step| (clock, step)));
     }
 
-    /// The steps of other clocks against ours (ns) since the last call.
+    /// Returns the steps of other clocks against ours (ns) since the last call.
     pub fn take_steps(&self) -> Vec<(ClockId, Nanos)> {
         mem::take(&mut lock(&self.steps))
     }

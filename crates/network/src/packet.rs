@@ -42,13 +42,15 @@ impl RunTimes {
     /// Those of a message with numbers of these names, and with the beginnings of the data of so many
     /// `chains` behind them.
     pub fn among(fields: &[String], chains: usize) -> Self {
-        let named = fields.iter().enumerate();
-        let times = named.filter(|(_, field)| is_run_time(field));
+        let times = fields
+            .iter()
+            .enumerate()
+            .filter(|(_, field)| is_run_time(field));
         let beginnings = fields.len()..fields.len() + chains;
         Self(times.map(|(place, _)| place).chain(beginnings).collect())
     }
 
-    /// The numbers of a message that was published at run time `stamp`, for the wire.
+    /// Returns the numbers of a message that was published at run time `stamp`, for the wire.
     pub fn sent(&self, mut row: Vec<f64>, stamp: Time) -> Vec<f64> {
         for place in &self.0 {
             row[*place] -= stamp.as_nanos() as f64;
@@ -85,7 +87,7 @@ pub struct PacketHead {
     pub origin: Option<ClockMoment>,
 }
 
-/// The bytes of a message.
+/// Returns the bytes of a message.
 pub fn encode(head: &PacketHead, row: &[f64]) -> Vec<u8> {
     let moments = [head.stamp, head.origin.unwrap_or(NONE)];
     let moments = moments.map(|moment| [moment.clock.0, moment.at.cast_unsigned()]);
@@ -94,8 +96,11 @@ pub fn encode(head: &PacketHead, row: &[f64]) -> Vec<u8> {
         .chain(moments.into_iter().flatten())
         .chain(row.iter().map(|number| number.to_bits()));
     let count = (row.len() as u32).to_le_bytes();
-    let begin = MAGIC.into_iter().chain(count);
-    begin.chain(words.flat_map(u64::to_le_bytes)).collect()
+    MAGIC
+        .into_iter()
+        .chain(count)
+        .chain(words.flat_map(u64::to_le_bytes))
+        .collect()
 }
 
 /// Reads a message of `width` numbers from `bytes` of anybody.
@@ -139,7 +144,7 @@ pub fn decode(bytes: &[u8], width: usize) -> Result<(PacketHead, Vec<f64>), Refu
     Ok((head, row))
 }
 
-/// Whether all numbers are finite. Messages are of single precision in part: beyond it they
+/// Returns whether all numbers are finite. Messages are of single precision in part: beyond it they
 /// would become infinite.
 pub(crate) fn are_finite(row: &[f64]) -> bool {
     row.iter().all(|number| (*number as f32).is_finite())

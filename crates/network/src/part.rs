@@ -51,8 +51,12 @@ impl LocalPart {
         let offsets = Arc::default();
         let mut own = Info::new(experiment, here);
         let wrong = own.has_wrong_clocks();
-        let times = Times::new(experiment.observer(), Arc::clone(&offsets), wrong);
-        let times = Arc::new(times);
+        let times = Arc::new(Times::new(
+            experiment.observer(),
+            experiment.run_writer(),
+            Arc::clone(&offsets),
+            wrong,
+        ));
         let inlets = inlets(&own, &experiment.taps(), &times, arrivals)?;
         let session = settings.open()?;
         own.incarnation = settings.number(&session)?;
@@ -71,7 +75,7 @@ impl LocalPart {
     }
 }
 
-/// The topics whose publishers run elsewhere, with readers here.
+/// Returns the topics whose publishers run elsewhere, with readers here.
 fn inlets(
     own: &Info,
     taps: &Taps,
@@ -155,8 +159,8 @@ impl PartEnd {
         }
     }
 
-    /// Run time of the process that listens; `None` before its run. One that is gone counts on, until
-    /// another one takes its place.
+    /// Returns the run time of the process that listens; `None` before its run. One that is gone counts
+    /// on, until another one takes its place.
     fn passed(&mut self) -> Option<Nanos> {
         let peers = &self.part.peers;
         if let Some(hub) = peers.find(|info| info.is_hub)

@@ -3,19 +3,20 @@
 use ratelab::Topology;
 use ratelab_system::System;
 
-/// The nodes that `names` stand for: nodes, or groups of them.
+/// Returns the nodes that `names` stand for: nodes, or groups of them.
 pub fn nodes(system: &dyn System, graph: &Topology, names: &[String]) -> Vec<String> {
     let groups = system.groups();
     let mut nodes: Vec<String> = Vec::new();
     for name in names {
         let group = groups.iter().find(|group| group.name == *name);
         let members = group.map_or(vec![name.clone()], |group| {
-            let known = graph
+            graph
                 .nodes
                 .iter()
                 .map(|node| &node.name)
-                .filter(|name| group.nodes.contains(name));
-            known.cloned().collect()
+                .filter(|name| group.nodes.contains(name))
+                .cloned()
+                .collect()
         });
         for member in members {
             add(&mut nodes, member);
@@ -24,13 +25,12 @@ pub fn nodes(system: &dyn System, graph: &Topology, names: &[String]) -> Vec<Str
     nodes
 }
 
-/// The names under which all nodes run apart, as far as they can.
+/// Returns the names under which all nodes run apart, as far as they can.
 pub fn apart(system: &dyn System, graph: &Topology) -> Vec<String> {
     let groups = system.groups();
     let mut parts: Vec<String> = Vec::new();
     for node in &graph.nodes {
-        let mut groups = groups.iter();
-        let group = groups.find(|group| group.nodes.contains(&node.name));
+        let group = groups.iter().find(|group| group.nodes.contains(&node.name));
         let name = group.map_or(&node.name, |group| &group.name);
         add(&mut parts, name.clone());
     }

@@ -127,31 +127,34 @@ impl Peers {
         lock(&self.known)
     }
 
-    /// The process that a key is of, unless it is this one.
+    /// Returns the process that a key is of, unless it is this one.
     fn other(&self, key: &str) -> Option<u64> {
         self.keys.incarnation(key).filter(|id| *id != self.own)
     }
 
-    /// What runs in each process that has answered.
+    /// Returns what runs in each process that has answered.
     pub(crate) fn infos(&self) -> Vec<Info> {
         self.known().values().flatten().cloned().collect()
     }
 
-    /// The one of them that is wanted.
+    /// Returns the one of them that is wanted.
     pub(crate) fn find(&self, wanted: impl Fn(&Info) -> bool) -> Option<Info> {
         let known = self.known();
         let mut infos = known.values().flatten();
         infos.find(|info| wanted(info)).cloned()
     }
 
-    /// The identities of the sessions of the processes that have answered, as zenoh prints
+    /// Returns the identities of the sessions of the processes that have answered, as zenoh prints
     /// them, and our own.
     pub(crate) fn sessions(&self) -> BTreeSet<String> {
-        let others = self.infos().into_iter().map(|info| info.session);
-        others.chain([self.session.zid().to_string()]).collect()
+        self.infos()
+            .into_iter()
+            .map(|info| info.session)
+            .chain([self.session.zid().to_string()])
+            .collect()
     }
 
-    /// The processes that are present now.
+    /// Returns the processes that are present now.
     pub(crate) fn present(&self) -> Result<BTreeSet<u64>, NetworkError> {
         let tokens = self.tokens(&self.keys.processes())?;
         let present: Vec<u64> = tokens
@@ -166,16 +169,16 @@ impl Peers {
         Ok(known.keys().copied().collect())
     }
 
-    /// The names of the other systems that have processes here.
+    /// Returns the names of the other systems that have processes here.
     pub(crate) fn other_systems(&self) -> BTreeSet<String> {
         let tokens = self.tokens(Keys::ALL).into_iter().flatten();
         let names = tokens.filter_map(|token| Some(self.keys.other_system(&token)?.to_owned()));
         names.take(MOST).collect()
     }
 
-    /// The tokens under `keys` that are there now.
+    /// Returns the tokens under `keys` that are there now.
     fn tokens(&self, keys: &str) -> Result<impl Iterator<Item = String> + use<>, NetworkError> {
-        let found = self
+        Ok(self
             .session
             .liveliness()
             .get(keys)
@@ -183,21 +186,24 @@ impl Peers {
             .wait()
             .tried("cannot look for processes")?
             .into_iter()
-            .filter_map(|reply| reply.into_result().ok());
-        Ok(found.map(|sample| sample.key_expr().to_string()))
+            .filter_map(|reply| reply.into_result().ok())
+            .map(|sample| sample.key_expr().to_string()))
     }
 
-    /// The processes whose part of the run has begun.
+    /// Returns the processes whose part of the run has begun.
     pub(crate) fn running(&self) -> BTreeSet<u64> {
         let infos = self.ask_infos();
-        let running = infos.filter(|(_, info)| info.zero.is_some());
-        running.map(|(incarnation, _)| incarnation).collect()
+        infos
+            .filter(|(_, info)| info.zero.is_some())
+            .map(|(incarnation, _)| incarnation)
+            .collect()
     }
 
-    /// Run time zero of a process, by its clock; `None` before its run.
+    /// Returns the run time zero of a process, by its clock; `None` before its run.
     pub(crate) fn zero_of(&self, incarnation: u64) -> Option<Nanos> {
-        let mut infos = self.ask_infos().filter(|(from, _)| *from == incarnation);
-        infos.find_map(|(_, info)| info.zero)
+        self.ask_infos()
+            .filter(|(from, _)| *from == incarnation)
+            .find_map(|(_, info)| info.zero)
     }
 
     /// Asks all processes what runs in them, if one has not answered yet, and for the time, if
@@ -270,11 +276,13 @@ impl Peers {
             .wait()
             .into_iter()
             .flatten();
-        let answers = replies.filter_map(|reply| reply.into_result().ok());
-        answers.take(MOST_PRESENCES).filter_map(|answer| {
-            let from = self.keys.incarnation(answer.key_expr().as_str())?;
-            Some((from, payload(&answer)))
-        })
+        replies
+            .filter_map(|reply| reply.into_result().ok())
+            .take(MOST_PRESENCES)
+            .filter_map(|answer| {
+                let from = self.keys.incarnation(answer.key_expr().as_str())?;
+                Some((from, payload(&answer)))
+            })
     }
 
     /// Gives a command to process `to`; `silent` is the reason if it does not answer.
@@ -297,7 +305,7 @@ fn payload(sample: &Sample) -> Vec<u8> {
     sample.payload().to_bytes().into_owned()
 }
 
-/// The answer to a query for our clock: which it is, when the query arrived, and now.
+/// Returns the answer to a query for our clock: which it is, when the query arrived, and now.
 pub(crate) fn clock() -> Vec<u8> {
     let arrived = machine::now();
     let clock = ClockId::here().0;

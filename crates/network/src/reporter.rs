@@ -82,12 +82,13 @@ impl Reporter {
     fn open(&self) -> Open {
         let graph = &self.part.own.topology;
         let topics = graph.topics.iter().enumerate();
-        let sent = topics.filter(|(_, topic)| !self.part.own.split(&topic.publishers).0.is_empty());
-        let topics = sent.filter_map(|(index, topic)| {
-            let tap = self.taps.rows(&topic.name, BACKLOG)?;
-            let rows = tap.rows();
-            Some((index, tap, rows))
-        });
+        let topics = topics
+            .filter(|(_, topic)| !self.part.own.split(&topic.publishers).0.is_empty())
+            .filter_map(|(index, topic)| {
+                let tap = self.taps.rows(&topic.name, BACKLOG)?;
+                let rows = tap.rows();
+                Some((index, tap, rows))
+            });
         let ticks = self
             .taps
             .ticks(BACKLOG)
@@ -102,7 +103,7 @@ impl Reporter {
         }
     }
 
-    /// What happened since the last batch; `None` before the run.
+    /// Returns what happened since the last batch; `None` before the run.
     fn batch(&self, open: &mut Open) -> Option<Batch> {
         let (now, zero) = (self.part.times.now()?, self.part.times.zero()?);
         let first_event = open.events;
@@ -148,7 +149,7 @@ impl Reporter {
         })
     }
 
-    /// A tick, with the messages that it read as their senders number them.
+    /// Returns a tick, with the messages that it read as their senders number them.
     fn tick(&self, tick: &TickRecord) -> SentTick {
         let reads = tick.causes.reads.iter().filter_map(|read| {
             Some(Read {
@@ -160,7 +161,7 @@ impl Reporter {
         SentTick::new(tick, reads.collect())
     }
 
-    /// A message of a topic here, as its sender numbers it.
+    /// Returns a message of a topic here, as its sender numbers it.
     fn sent_message(&self, message: MessageId) -> Option<SentMessage> {
         let MessageId { topic, seq } = message;
         let own = &self.part.own;
@@ -176,8 +177,11 @@ impl Reporter {
                 seq,
             });
         }
-        let mut inlets = self.part.inlets.iter().filter(|inlet| inlet.topic == topic);
-        inlets.find_map(|inlet| inlet.sent_message(seq))
+        self.part
+            .inlets
+            .iter()
+            .filter(|inlet| inlet.topic == topic)
+            .find_map(|inlet| inlet.sent_message(seq))
     }
 
     fn counts(&self) -> Vec<TopicCounts> {

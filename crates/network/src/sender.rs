@@ -37,13 +37,13 @@ pub struct MessageSource {
 }
 
 impl MessageSource {
-    /// The process with this number, by a message of our own format.
+    /// Returns the process with this number, by a message of our own format.
     pub fn direct(number: u64) -> Self {
         let process = Some(number);
         Self { number, process }
     }
 
-    /// Whether it is a publisher of ROS in the process that is `direct`.
+    /// Returns whether it is a publisher of ROS in the process that is `direct`.
     fn is_twin_of(self, direct: Self) -> bool {
         direct == Self::direct(direct.number) && self.process == direct.process
     }
@@ -113,7 +113,7 @@ impl Sender {
         self.excused = Some(now);
     }
 
-    /// How long nothing has been heard at `now`; `None` before the first message.
+    /// Returns how long nothing has been heard at `now`; `None` before the first message.
     pub fn silence(&self, now: Instant) -> Option<Duration> {
         let heard = self.current.as_ref()?.heard;
         let since = self.excused.map_or(heard, |excused| excused.max(heard));
@@ -121,7 +121,7 @@ impl Sender {
     }
 }
 
-/// Number of messages that can be lost in a `silence`.
+/// Returns the number of messages that can be lost in a `silence`.
 fn possible(silence: Duration) -> u64 {
     AHEAD + (silence.as_secs_f64() * MOST_PER_SECOND) as u64
 }
@@ -165,7 +165,7 @@ pub enum Refusal {
 }
 
 impl Refusal {
-    /// Whether an honest sender causes it as well: at the start of a run, or by ROS beside
+    /// Returns whether an honest sender causes it as well: at the start of a run, or by ROS beside
     /// ratelab's own way.
     pub fn is_harmless(self) -> bool {
         matches!(self, Self::Early | Self::Twin)
@@ -182,16 +182,18 @@ impl Refused {
         *lock(&self.0).entry(why).or_default() += 1;
     }
 
-    /// The counts by reason.
+    /// Returns the counts by reason.
     pub fn read(&self) -> BTreeMap<Refusal, u64> {
         lock(&self.0).clone()
     }
 
-    /// The number of messages that no honest sender causes.
+    /// Returns the number of messages that no honest sender causes.
     pub fn hostile(&self) -> u64 {
         let counts = self.read().into_iter();
-        let hostile = counts.filter(|(why, _)| !why.is_harmless());
-        hostile.map(|(_, count)| count).sum()
+        counts
+            .filter(|(why, _)| !why.is_harmless())
+            .map(|(_, count)| count)
+            .sum()
     }
 }
 

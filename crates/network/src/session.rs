@@ -86,7 +86,7 @@ const SAFE: &[(&str, &str)] = &[
 ];
 
 impl Settings {
-    /// The settings of one `end`, with all else as usual.
+    /// Creates the settings of one `end`, with all else as usual.
     pub fn new(end: SessionEnd, notice: fn(&str)) -> Self {
         Self {
             end,
@@ -98,7 +98,7 @@ impl Settings {
         }
     }
 
-    /// The configuration for zenoh.
+    /// Returns the configuration for zenoh.
     ///
     /// # Errors
     /// [`NetworkError::Setting`] for an unreadable file, an invalid address, or an address
@@ -169,7 +169,7 @@ impl Settings {
         }
     }
 
-    /// The number of the process behind `session`: another one after each start.
+    /// Returns the number of the process behind `session`: another one after each start.
     pub(crate) fn number(&self, session: &Session) -> Result<u64, NetworkError> {
         let chosen = self.config()?.get_json("id");
         // The same one after each start, if a file has it.
@@ -182,12 +182,12 @@ impl Settings {
     }
 }
 
-/// The number of a process by the identity of its session, as it is in tokens of ROS.
+/// Returns the number of a process by the identity of its session, as it is in tokens of ROS.
 pub(crate) fn number(session: ZenohId) -> u64 {
     low_word(session.to_le_bytes())
 }
 
-/// The first half of an identity.
+/// Returns the first half of an identity.
 pub(crate) fn low_word([word @ .., _, _, _, _, _, _, _, _]: [u8; 16]) -> u64 {
     u64::from_le_bytes(word)
 }
@@ -215,8 +215,8 @@ fn check_address(address: &String) -> Result<(), NetworkError> {
     ))
 }
 
-/// The configuration in the file at `path`. Zenoh reads files without a limit, so this one is read
-/// before, within one.
+/// Returns the configuration in the file at `path`. Zenoh reads files without a limit, so this one
+/// is read before, within one.
 fn from_file(path: &Path) -> Result<Config, NetworkError> {
     let refused = |why: &dyn Display| {
         let path = path.display();
@@ -233,7 +233,7 @@ fn from_file(path: &Path) -> Result<Config, NetworkError> {
     })
 }
 
-/// Whether the file is missing.
+/// Returns whether the file is missing.
 fn is_missing(why: &FileError) -> bool {
     matches!(why, FileError::Unreadable(why) if why.kind() == ErrorKind::NotFound)
 }
@@ -263,7 +263,7 @@ fn set(config: &mut Config, key: &str, value: &str) -> Result<(), NetworkError> 
     })
 }
 
-/// Whether only this machine reaches an `address` such as `tcp/127.0.0.1:7447`.
+/// Returns whether only this machine reaches an `address` such as `tcp/127.0.0.1:7447`.
 fn is_loopback(address: &str) -> bool {
     let host = address
         .split_once('/')

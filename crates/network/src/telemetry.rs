@@ -44,8 +44,8 @@ pub struct Info {
 }
 
 impl Info {
-    /// What runs in this process, which has the nodes of `experiment` that are `here`; without
-    /// the number that its connection gives.
+    /// Creates what runs in this process, which has the nodes of `experiment` that are `here`;
+    /// without the number that its connection gives.
     pub fn new(experiment: &Experiment, here: &[String]) -> Self {
         let topology = experiment.observer().topology();
         let first = topology.nodes.first();
@@ -66,31 +66,37 @@ impl Info {
         }
     }
 
-    /// Whether a setting of the run makes the clock of a node wrong.
+    /// Returns whether a setting of the run makes the clock of a node wrong.
     pub(crate) fn has_wrong_clocks(&self) -> bool {
         let turned = self.config.knobs.iter().map(|timed| &timed.knob);
-        let mut knobs = self.config.setup.iter().chain(turned);
-        knobs.any(|knob| matches!(knob.kind(), KnobKind::Clock | KnobKind::StampClock))
+        self.config
+            .setup
+            .iter()
+            .chain(turned)
+            .any(|knob| matches!(knob.kind(), KnobKind::Clock | KnobKind::StampClock))
     }
 
-    /// Whether it runs `node`.
+    /// Returns whether it runs `node`.
     pub fn runs(&self, node: &str) -> bool {
         self.nodes.iter().any(|name| name == node)
     }
 
-    /// Its nodes that `other` runs as well.
+    /// Returns its nodes that `other` runs as well.
     pub fn shared(&self, other: &Self) -> Vec<&str> {
-        let nodes = self.nodes.iter().map(String::as_str);
-        nodes.filter(|node| other.runs(node)).collect()
+        self.nodes
+            .iter()
+            .map(String::as_str)
+            .filter(|node| other.runs(node))
+            .collect()
     }
 
-    /// The nodes with these indices in the graph: those that run there, and the others.
+    /// Returns the nodes with these indices in the graph: those that run there, and the others.
     pub(crate) fn split(&self, nodes: &[usize]) -> (Vec<&NodeTopology>, Vec<&NodeTopology>) {
         let nodes = nodes.iter().map(|node| &self.topology.nodes[*node]);
         nodes.partition(|node| self.runs(&node.name))
     }
 
-    /// Its nodes that publish to `topic`, if it has a reader elsewhere.
+    /// Returns its nodes that publish to `topic`, if it has a reader elsewhere.
     pub(crate) fn senders(&self, topic: &TopicTopology) -> Vec<&NodeTopology> {
         if self.split(&topic.readers).1.is_empty() {
             Vec::new()
@@ -99,12 +105,12 @@ impl Info {
         }
     }
 
-    /// Its number and its machine.
+    /// Returns its number and its machine.
     pub fn process(&self) -> String {
         format!("process {} on {}", self.pid, self.host)
     }
 
-    /// Its nodes, and where they run.
+    /// Returns its nodes, and where they run.
     pub fn place(&self) -> String {
         format!("{} in {}", self.nodes.join(" and "), self.process())
     }
@@ -171,7 +177,7 @@ pub struct Read {
 }
 
 impl SentTick {
-    /// A tick of this process that read these messages.
+    /// Creates a tick of this process that read these messages.
     pub(crate) fn new(tick: &TickRecord, reads: Vec<Read>) -> Self {
         Self {
             number: tick.number,
@@ -186,7 +192,7 @@ impl SentTick {
         }
     }
 
-    /// The tick with its times converted by `time`, without what it read.
+    /// Returns the tick with its times converted by `time`, without what it read.
     pub fn record(&self, time: impl Fn(Time) -> Time) -> TickRecord {
         TickRecord {
             number: self.number,

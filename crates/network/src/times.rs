@@ -5,7 +5,7 @@ use std::{
     sync::{Arc, Mutex, OnceLock},
 };
 
-use ratelab::{Time, sync::lock};
+use ratelab::{Time, clock::RunWriter, sync::lock};
 use ratelab_metrics::Observer;
 
 use crate::{
@@ -18,6 +18,8 @@ use crate::{
 pub struct Times {
     /// Reads the run.
     pub(crate) observer: Observer,
+    /// Logs what is heard of other processes.
+    pub(crate) run: RunWriter,
     /// The moment of run time zero, once known.
     zero: OnceLock<Nanos>,
     pub(crate) offsets: Arc<Offsets>,
@@ -29,10 +31,17 @@ pub struct Times {
 }
 
 impl Times {
-    /// Creates the times of the run that `observer` reads, with `wrong_clocks` or without.
-    pub(crate) fn new(observer: Observer, offsets: Arc<Offsets>, wrong_clocks: bool) -> Self {
+    /// Creates the times of the run that `observer` reads and `run` writes, with `wrong_clocks` or
+    /// without.
+    pub(crate) fn new(
+        observer: Observer,
+        run: RunWriter,
+        offsets: Arc<Offsets>,
+        wrong_clocks: bool,
+    ) -> Self {
         Self {
             observer,
+            run,
             zero: OnceLock::new(),
             offsets,
             wrong_clocks,
@@ -40,22 +49,21 @@ impl Times {
         }
     }
 
-    /// The moment of run time zero, by our clock; `None` before the run.
+    /// Returns the moment of run time zero, by our clock; `None` before the run.
     pub fn zero(&self) -> Option<Nanos> {
-        let known = self.zero.get().copied();
-        known.or_else(|| {
+        self.zero.get().copied().or_else(|| {
             let zero = machine::moment_of(self.observer.zero()?);
             Some(*self.zero.get_or_init(|| zero))
         })
     }
 
-    /// The run time now; `None` before the run.
+    /// Returns the run time now; `None` before the run.
     pub(crate) fn now(&self) -> Option<Time> {
         let passed = machine::now().saturating_sub(self.zero()?);
         u64::try_from(passed).ok().map(Time::from_nanos)
     }
 
-    /// The moment of run time `time`; `None` before the run.
+    /// Returns the moment of run time `time`; `None` before the run.
     pub(crate) fn moment(&self, time: Time) -> Option<ClockMoment> {
         let passed = Nanos::try_from(time.as_nanos()).ok()?;
         Some(ClockMoment {
@@ -64,7 +72,7 @@ impl Times {
         })
     }
 
-    /// The run time of `moment`; with wrong clocks as they stamp it, zero before the run.
+    /// Returns the run time of `moment`; with wrong clocks as they stamp it, zero before the run.
     ///
     /// # Errors
     /// [`Refusal`] if its clock is unknown, or it is before the run or in the future without a wrong
@@ -85,7 +93,7 @@ impl Times {
         Ok(Time::from_nanos(passed))
     }
 
-    /// The run time of `moment` (ns), negative before the run.
+    /// Returns the run time of `moment` (ns), negative before the run.
     ///
     /// # Errors
     /// [`Refusal`] before the run, and if the clock is unknown.
@@ -100,13 +108,12 @@ impl Times {
         self.origins.keep(time, moment);
     }
 
-    /// The moment that run time `time` came from lately, or else is.
+    /// Returns the moment that run time `time` came from lately, or else is.
     pub(crate) fn origin(&self, time: Time) -> Option<ClockMoment> {
-        let known = self
-            .origins
+        self.origins
             .find(|known, _| *known == time)
-            .map(|(_, moment)| moment);
-        known.or_else(|| self.moment(time))
+            .map(|(_, moment)| moment)
+            .or_else(|| self.moment(time))
     }
 }
 
@@ -133,7 +140,7 @@ impl<A: Copy, B: Copy> Recent<A, B> {
         }
     }
 
-    /// The newest pair that is `wanted`.
+    /// Returns the newest pair that is `wanted`.
     pub(crate) fn find(&self, wanted: impl Fn(&A, &B) -> bool) -> Option<(A, B)> {
         let pairs = lock(&self.0);
         pairs.iter().rev().find(|(a, b)| wanted(a, b)).copied()

@@ -75,8 +75,11 @@ impl PresenceWatch {
         }
         for (clock, step) in self.part.times.offsets.take_steps() {
             let what = format!("its clock was set by {:+.4} s", step as f64 / 1e9);
-            let infos = part.peers.infos().into_iter();
-            let set = infos.filter(|info| info.clock == clock);
+            let set = part
+                .peers
+                .infos()
+                .into_iter()
+                .filter(|info| info.clock == clock);
             for node in set.flat_map(|info| info.nodes) {
                 let present = self.known.get(&node).and_then(|known| known.present);
                 self.note(now, &node, present.unwrap_or(true), &what);
@@ -99,14 +102,14 @@ impl PresenceWatch {
     }
 
     fn note(&self, now: Time, node: &str, present: bool, what: &str) {
-        let observer = &self.part.times.observer;
-        observer.note_presence(now, node, present, what);
+        let run = &self.part.times.run;
+        run.note_presence(now, node, present, what);
         (self.notice)(&format!("{now}: {node}: {what}"));
     }
 }
 
 impl Presence {
-    /// What changed, if something did, in a run that has lasted for `run`.
+    /// Returns what changed, if something did, in a run that has lasted for `run`.
     fn look(&mut self, inlet: &Inlet, peers: &Peers, run: Duration) -> Option<(bool, String)> {
         let now = Instant::now();
         let (silence, starts) = {

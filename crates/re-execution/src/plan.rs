@@ -178,8 +178,9 @@ impl<'a> Planner<'a> {
 
     /// Looks at all threads again.
     fn wake_all(&mut self) {
-        let locks = self.locks.values_mut();
-        locks.for_each(|lock| lock.waiting.clear());
+        self.locks
+            .values_mut()
+            .for_each(|lock| lock.waiting.clear());
         self.ready = self.unfinished().map(Reverse).collect();
     }
 

@@ -7,8 +7,8 @@ use std::{
 };
 
 use ratelab::{
-    ClockExit, Command, Fault, RunState, Time,
-    clock::{Obeyed, Outcome, Supervision, TaskSets, Worker},
+    ClockExit, Command, Fault, Time,
+    clock::{Obeyed, Outcome, RunWriter, Supervision, TaskSets, Worker},
     journal::{End, Entries, Entry, Following},
     sync::{Arc, spawn_named, thread},
 };
@@ -27,7 +27,7 @@ use super::{
 pub(super) struct RunView<'a> {
     pub(super) events: &'a RecordedEvents,
     pub(super) watch: &'a Arc<Watch>,
-    pub(super) state: &'a RunState,
+    pub(super) state: &'a RunWriter,
 }
 
 /// All threads of a stretch, by their numbers.
@@ -60,7 +60,7 @@ enum Role<'a> {
 }
 
 /// Refuses a command at rest, as recorded.
-pub(super) fn refuse_again(state: &RunState, command: &Command, at: Time, reason: &str) -> Obeyed {
+pub(super) fn refuse_again(state: &RunWriter, command: &Command, at: Time, reason: &str) -> Obeyed {
     state.advance_to(at);
     let event = state.log_refused(at, command, reason);
     Obeyed { event, exit: None }
@@ -75,8 +75,9 @@ impl<'a> Players<'a> {
         supervision: Supervision<'a>,
     ) -> Self {
         run.state.begin_threads(threads.len() - 1);
-        let groups = task_sets.groups().into_iter();
-        let workers = groups
+        let workers = task_sets
+            .groups()
+            .into_iter()
             .flat_map(|group| group.workers)
             .map(|(node, worker)| (node + 1, Role::Worker(worker)));
         let supervisor = [(0, Role::Supervisor(supervision))];
@@ -223,8 +224,10 @@ impl ThreadPlayer<'_> {
         while self.done < end {
             let logged = &self.entries[self.done];
             let at = logged.entry.at().unwrap_or_default();
-            let node = logged.node.map(|node| node.saturating_add(1));
-            let seen = node.unwrap_or(self.number);
+            let seen = logged
+                .node
+                .map(|node| node.saturating_add(1))
+                .unwrap_or(self.number);
             if !watch.begins(seen, at, took(&self.entries[self.done..])) {
                 return;
             }

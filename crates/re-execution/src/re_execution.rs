@@ -113,18 +113,17 @@ impl ReExecution {
     /// what they need.
     pub fn commands_mut(&mut self) -> impl Iterator<Item = &mut Command> {
         let known = &self.events.known;
-        let events = self
-            .events
+        self.events
             .all
             .iter_mut()
             .enumerate()
-            .filter(|(index, _)| known.contains(index));
-        events.filter_map(|(_, event)| match &mut event.what {
-            EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => {
-                Some(command)
-            }
-            _ => None,
-        })
+            .filter(|(index, _)| known.contains(index))
+            .filter_map(|(_, event)| match &mut event.what {
+                EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => {
+                    Some(command)
+                }
+                _ => None,
+            })
     }
 
     /// Refuses the refused commands that `of` selects again, for the recorded reason: a file
@@ -259,7 +258,7 @@ impl Clock for ReExecution {
         graph.set_cores(self.cores());
         graph.set_clock(ClockKind::Real);
         // The run does not keep up with a wall clock, so observers lose nothing.
-        graph.state().set_waits(true);
+        graph.run_writer().set_waits(true);
         let end = loop {
             let end = self.section(graph);
             if let Some(end) = end.transpose() {
@@ -277,7 +276,7 @@ impl ReExecution {
     /// Executes the next section; `None` if the run goes on after it. What is executed again is
     /// logged as it was, so that a branch can be executed again, too.
     fn section(&mut self, graph: &mut Graph) -> Result<Option<ClockExit>, Fault> {
-        let log = graph.state().entries_of(0);
+        let log = graph.run_writer().entries_of(0);
         match self.sections.pop_front() {
             Some(Section::Stretch(stretch)) => return self.stretch(graph, &stretch),
             Some(Section::Rest(event)) => return Ok(self.rest(graph, &log, event)),
@@ -299,7 +298,7 @@ impl ReExecution {
     /// Carries out a command between two ticks.
     fn rest(&self, graph: &mut Graph, log: &Entries, event: usize) -> Option<ClockExit> {
         let (command, refusal) = self.events.command(event)?;
-        let (now, state) = (graph.now(), graph.state());
+        let (now, state) = (graph.now(), graph.run_writer());
         let Obeyed { event, exit } = match refusal {
             Some(reason) => refuse_again(&state, command, now, reason),
             None => obey_at_rest(graph, command, now),
@@ -318,7 +317,7 @@ impl ReExecution {
             self.watch.differs("the graph has other nodes".to_owned());
             return Ok(Some(ClockExit::Stopped));
         }
-        let state = graph.state();
+        let state = graph.run_writer();
         let (task_sets, supervision) = graph.apart();
         task_sets.wake_by(Arc::new(Unheard));
         let run = RunView {

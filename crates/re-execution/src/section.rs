@@ -227,8 +227,9 @@ pub struct OverlapOperation {
 impl Stretch {
     /// Returns its ticks that overlap.
     pub(crate) fn overlaps(&self) -> impl Iterator<Item = Overlap> {
-        let parts = self.plan.parts.iter();
-        parts
+        self.plan
+            .parts
+            .iter()
             .filter(|part| part.overlaps)
             .map(|part| self.overlap(part))
     }

@@ -95,8 +95,10 @@ impl Watch {
     pub fn doing(&self) -> Doing {
         let state = self.state();
         // The supervisor is not a node.
-        let mut nodes = state.busy.range(1..);
-        let node = nodes.find(|(thread, _)| !state.waiting.contains(thread));
+        let node = state
+            .busy
+            .range(1..)
+            .find(|(thread, _)| !state.waiting.contains(thread));
         Doing {
             finished: state.finished,
             node: node.map(|(thread, (at, took))| BusyNode {

@@ -86,7 +86,7 @@ impl Clock for RealClock {
 
 /// Carries out commands during a pause. Timed commands wait until run time goes on.
 fn rest(graph: &mut Graph, inbox: &mut Inbox) -> Option<ClockExit> {
-    let log = graph.state().entries_of(SUPERVISOR);
+    let log = graph.run_writer().entries_of(SUPERVISOR);
     let Some(command) = inbox.receive(Wait::Forever) else {
         // All senders are gone, so nothing can end the pause.
         log.note_alone(Entry::Abandoned);
@@ -110,7 +110,7 @@ impl RealClock {
         inbox: &mut Inbox,
         until: Time,
     ) -> Result<Option<ClockExit>, Fault> {
-        let (state, nodes) = (graph.state(), graph.node_count());
+        let (state, nodes) = (graph.run_writer(), graph.node_count());
         state.begin_threads(nodes);
         let log = state.entries_of(SUPERVISOR);
         let (reporter, reports) = crossbeam_channel::unbounded();
@@ -211,8 +211,10 @@ impl CoreShares {
         let spare = &mut self.spare;
         let taken = self.taken.entry(claim.executor);
         let (cores, ranks) = taken.or_insert_with(|| (spare.split_off(left), Arc::default()));
-        let mut workers = group.workers.iter();
-        let by_deadline = workers.any(|(_, worker)| worker.deadline(Time::ZERO).is_some());
+        let by_deadline = group
+            .workers
+            .iter()
+            .any(|(_, worker)| worker.deadline(Time::ZERO).is_some());
         CoreShare {
             rank: claim.rank,
             cores: cores.clone(),

@@ -87,8 +87,9 @@ mod system {
     pub(crate) fn spare_cores() -> Vec<usize> {
         let allowed = sched_getaffinity(Pid::from_raw(0)).unwrap_or_default();
         let all = 0..CpuSet::count();
-        let allowed = all.filter(|core| allowed.is_set(*core).unwrap_or_default());
-        allowed.skip(1).collect()
+        all.filter(|core| allowed.is_set(*core).unwrap_or_default())
+            .skip(1)
+            .collect()
     }
 
     /// Binds the calling thread to these cores with its rank there: below the threads of other

@@ -3,10 +3,9 @@
 use crossbeam_channel::Receiver;
 
 use ratelab::{
-    ClockExit, ClockKind, Command, Fault, Graph, Inbox, RunState, Time,
-    clock::{Received, Supervision, Wall},
+    ClockExit, ClockKind, Command, Fault, Graph, Inbox, Time,
+    clock::{Received, RunWriter, Supervision, Wall},
     journal::{End, Entries, Entry},
-    sync::Arc,
 };
 
 use crate::mailbox::Post;
@@ -62,7 +61,7 @@ impl StretchEnd {
 /// The calling thread: carries out commands and watches the nodes.
 pub(crate) struct Supervisor<'a> {
     pub(crate) graph: Supervision<'a>,
-    pub(crate) state: Arc<RunState>,
+    pub(crate) state: RunWriter,
     pub(crate) inbox: &'a mut Inbox,
     pub(crate) until: Time,
     pub(crate) post: &'a Post,

@@ -8,8 +8,8 @@ use std::{collections::BTreeSet, mem::take, time::Duration};
 
 use crossbeam_channel::Sender;
 use ratelab::{
-    Command, RunState, Time,
-    clock::{JobKind, Wall, Worker},
+    Command, Time,
+    clock::{JobKind, RunWriter, Wall, Worker},
     journal::{AfterEnd, Entries, Entry},
     sync::{Arc, Mutex, lock},
 };
@@ -26,7 +26,7 @@ pub(crate) struct ThreadContext {
     pub(crate) until: Time,
     pub(crate) realtime: Option<RealtimePriority>,
     pub(crate) reporter: Sender<Report>,
-    pub(crate) state: Arc<RunState>,
+    pub(crate) state: RunWriter,
 }
 
 /// What the threads of a task set have in hand.

@@ -80,7 +80,10 @@ pub fn durations(recording: &Recording, kind: KnobKind, node: &str) -> Vec<Durat
     } else {
         |tick: &TickRecord| tick.took
     };
-    let nodes = recording.nodes().filter(|(of, _)| of.name == node);
-    let ticks = nodes.flat_map(|(_, ticks)| ticks);
-    ticks.filter_map(measured).collect()
+    recording
+        .nodes()
+        .filter(|(of, _)| of.name == node)
+        .flat_map(|(_, ticks)| ticks)
+        .filter_map(measured)
+        .collect()
 }

@@ -56,8 +56,9 @@ pub fn make_printable(value: &mut Value) {
         Value::String(text) if text.contains(is_control) => *text = in_line(text),
         Value::Array(values) => values.iter_mut().for_each(make_printable),
         Value::Object(map) => {
-            let others = map.iter_mut().filter(|(key, _)| !EXACT.contains(&&***key));
-            others.for_each(|(_, value)| make_printable(value));
+            map.iter_mut()
+                .filter(|(key, _)| !EXACT.contains(&&***key))
+                .for_each(|(_, value)| make_printable(value));
         }
         _ => {}
     }

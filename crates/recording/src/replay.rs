@@ -92,8 +92,10 @@ impl Replay {
 
     /// Returns the run time of the first item.
     pub fn begins(&self) -> Time {
-        let mut items = self.order.iter();
-        let first = items.find(|(_, item)| !matches!(item, ReplayItem::Event(_)));
+        let first = self
+            .order
+            .iter()
+            .find(|(_, item)| !matches!(item, ReplayItem::Event(_)));
         first.map_or(Time::ZERO, |(at, _)| *at)
     }
 
@@ -179,8 +181,12 @@ impl Replay {
         if let Some(result) = recording.result() {
             return result.sim_time;
         }
-        let end = recording.outcome.as_ref().map(|outcome| outcome.at);
-        end.unwrap_or_default().max(recording.until)
+        recording
+            .outcome
+            .as_ref()
+            .map(|outcome| outcome.at)
+            .unwrap_or_default()
+            .max(recording.until)
     }
 
     /// Returns to the beginning.

@@ -61,8 +61,10 @@ impl<Q: Clone + PartialEq + Send + 'static, A: Send + 'static> Asked<Q, A> {
 
     /// Returns the answer to `question`, if that is the newest.
     pub fn answer_to(&self, question: &Q) -> Option<&A> {
-        let known = self.known.as_ref().filter(|(of, _)| of == question);
-        known.map(|(_, answer)| answer)
+        self.known
+            .as_ref()
+            .filter(|(of, _)| of == question)
+            .map(|(_, answer)| answer)
     }
 
     /// Returns whether an answer is to come.

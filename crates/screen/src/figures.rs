@@ -61,11 +61,12 @@ impl Figures {
 
 /// Data age of the topic's slowest reader.
 fn worst_age(topic: &TopicAccount) -> Quantiles {
-    let ages = topic
+    topic
         .readers
         .iter()
-        .map(|s| Quantiles::from_distribution(&s.ages));
-    ages.max_by_key(|age| age.p99).unwrap_or_default()
+        .map(|s| Quantiles::from_distribution(&s.ages))
+        .max_by_key(|age| age.p99)
+        .unwrap_or_default()
 }
 
 fn latency(system: &dyn System, snapshot: &Snapshot) -> Option<LatencyData> {

@@ -110,8 +110,10 @@ impl KnobFocus {
     /// last to the topics of the beginning.
     pub fn move_topic(&mut self, system: &dyn System, graph: &Snapshot, direction: Direction) {
         let first = first_topics(system, graph);
-        let single = read(graph).map(|topic| vec![topic.name.to_string()]);
-        let mut places: Vec<Vec<String>> = single.filter(|topics| *topics != first).collect();
+        let mut places: Vec<Vec<String>> = read(graph)
+            .map(|topic| vec![topic.name.to_string()])
+            .filter(|topics| *topics != first)
+            .collect();
         places.insert(0, first);
         let at = places.iter().position(|topics| *topics == self.topics);
         if let Some(at) = neighbour(at, places.len(), direction) {
@@ -135,8 +137,11 @@ pub fn first_node<'g>(system: &dyn System, graph: &'g Snapshot) -> Option<&'g No
     };
     let states = system.state().and_then(|name| graph.topic(name));
     let makes_states = |node| states.is_some_and(|topic| topic.publishers.contains(&node));
-    let nodes = graph.nodes.iter().enumerate().rev();
-    nodes
+    graph
+        .nodes
+        .iter()
+        .enumerate()
+        .rev()
         .max_by_key(|(index, node)| {
             let paced = node.triggers.is_empty();
             (paced, ends(*index), !makes_states(*index))

@@ -29,8 +29,8 @@ impl OverlapView {
         nodes.sort_unstable();
         nodes.dedup();
         let name = |node: &Option<usize>| {
-            let known = node.and_then(|node| topology.nodes.get(node));
-            known.map_or(SUPERVISOR.to_owned(), |node| node.name.clone())
+            node.and_then(|node| topology.nodes.get(node))
+                .map_or(SUPERVISOR.to_owned(), |node| node.name.clone())
         };
         let operations = ticks.operations.iter().map(|of| {
             let lane = nodes.partition_point(|node| *node < of.node);
@@ -47,10 +47,10 @@ impl OverlapView {
     /// Returns the last operation that is done, in a sentence.
     pub fn sentence(&self) -> String {
         let (done, all) = (self.done, self.operations.len());
-        let last = done
+        let what = done
             .checked_sub(1)
-            .and_then(|last| self.operations.get(last));
-        let what = last.map(|(lane, what)| format!("{} locks {what}", self.lanes[*lane]));
+            .and_then(|last| self.operations.get(last))
+            .map(|(lane, what)| format!("{} locks {what}", self.lanes[*lane]));
         let (from, what) = (self.from.as_secs_f64(), what.unwrap_or_default());
         format!("{from:.6} s: operation {done} of {all}: {what}")
     }

@@ -35,13 +35,14 @@ impl Pane {
 
     /// Returns the next pane of the panes that `exist`.
     pub fn next(self, exist: impl Fn(Self) -> bool) -> Self {
-        let mut after = Self::ALL
+        Self::ALL
             .iter()
             .cycle()
             .skip(self as usize + 1)
             .take(Self::ALL.len())
-            .copied();
-        after.find(|pane| exist(*pane)).unwrap_or(self)
+            .copied()
+            .find(|pane| exist(*pane))
+            .unwrap_or(self)
     }
 }
 

@@ -74,8 +74,8 @@ impl Plans {
     }
 
     fn plan(&self, number: u64) -> Option<&ActionPlan> {
-        let mut plans = self.plans.iter();
-        plans
+        self.plans
+            .iter()
             .find(|(known, _)| *known == number)
             .map(|(_, plan)| plan)
     }

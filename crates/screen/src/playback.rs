@@ -98,7 +98,7 @@ impl Playback {
         self.at
     }
 
-    /// Where it ends (run time).
+    /// Returns where it ends (run time).
     pub fn ends(&self) -> Time {
         self.replay.recording().until.max(self.begins)
     }
@@ -282,8 +282,10 @@ impl RunSource for Playback {
     }
 
     fn observer(&self) -> &Observer {
-        let there = self.held.as_ref().filter(|held| held.done.is_some());
-        there.map_or(&self.observer, |held| held.run.observer())
+        self.held
+            .as_ref()
+            .filter(|held| held.done.is_some())
+            .map_or(&self.observer, |held| held.run.observer())
     }
 
     fn live(&self) -> bool {

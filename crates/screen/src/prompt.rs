@@ -176,8 +176,9 @@ impl Vocabulary<'_> {
         let earlier: Vec<&str> = before.split_whitespace().collect();
         let (words, more) = self.next_words(&earlier);
         let blank = if more { " " } else { "" };
-        let fitting = words.iter().filter(|known| known.starts_with(word));
-        fitting
+        words
+            .iter()
+            .filter(|known| known.starts_with(word))
             .map(|known| format!("{before}{known}{blank}"))
             .collect()
     }
@@ -187,8 +188,10 @@ impl Vocabulary<'_> {
         let kind = |name: &str| KnobKind::ALL.into_iter().find(|kind| kind.name() == name);
         match earlier {
             [] => {
-                let aliases = self.aliases().map(|alias| alias.name);
-                let names = aliases.chain(KnobKind::ALL.map(KnobKind::name));
+                let names = self
+                    .aliases()
+                    .map(|alias| alias.name)
+                    .chain(KnobKind::ALL.map(KnobKind::name));
                 (names.collect(), true)
             }
             [name] => match (kind(name), self.aliases().find(|alias| alias.name == *name)) {

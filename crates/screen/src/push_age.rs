@@ -115,8 +115,13 @@ impl PushAges {
             return None;
         }
         let since = begin.as_secs_f64();
-        let recent = self.saw.iter().rev().take_while(|(at, _)| *at > since);
-        let greatest = recent.map(|(_, ms)| *ms).fold(0.0, f64::max);
+        let greatest = self
+            .saw
+            .iter()
+            .rev()
+            .take_while(|(at, _)| *at > since)
+            .map(|(_, ms)| *ms)
+            .fold(0.0, f64::max);
         let mean = if time.is_zero() {
             self.saw.back()?.1 / 1e3
         } else {
@@ -140,8 +145,10 @@ impl PushAges {
 
 /// Returns whether the node whose latency matters publishes the states.
 fn by_states(system: &dyn System, graph: &Snapshot) -> bool {
-    let states = system.state().and_then(|name| graph.topic(name));
-    let node = states.and_then(|topic| graph.nodes.get(*topic.publishers.first()?));
+    let node = system
+        .state()
+        .and_then(|name| graph.topic(name))
+        .and_then(|topic| graph.nodes.get(*topic.publishers.first()?));
     let pushes = system.latency().map(|(node, _)| node);
     node.is_some_and(|node| Some(&*node.name) == pushes)
 }
@@ -154,15 +161,17 @@ fn by_states(system: &dyn System, graph: &Snapshot) -> bool {
 pub fn greatest(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Option<Duration> {
     let pushes = pushes(lineage, acts, from, to);
     let (_, oldest, source) = *pushes.first()?;
-    let sensings = lineage
+    let reaction = lineage
         .sent(source)
         .rev()
         .map(sensing_of)
-        .take_while(|sensed| *sensed >= oldest);
-    let reaction = sensings.filter_map(|sensed| {
-        let mut later = pushes.iter().filter(|(_, derived, _)| *derived > sensed);
-        later.next().map(|(since, ..)| since.since(sensed))
-    });
+        .take_while(|sensed| *sensed >= oldest)
+        .filter_map(|sensed| {
+            pushes
+                .iter()
+                .find(|(_, derived, _)| *derived > sensed)
+                .map(|(since, ..)| since.since(sensed))
+        });
     reaction.max()
 }
 

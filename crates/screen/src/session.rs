@@ -220,8 +220,13 @@ impl Session {
 
     /// Returns the nodes in a tick, for which the end of the run waits, in a sentence.
     pub fn busy(&self) -> String {
-        let nodes = self.observer.snapshot().nodes.into_iter();
-        let busy = nodes.filter(|node| node.busy).map(|node| node.name);
+        let busy = self
+            .observer
+            .snapshot()
+            .nodes
+            .into_iter()
+            .filter(|node| node.busy)
+            .map(|node| node.name);
         match &busy.collect::<Vec<_>>()[..] {
             [] => "a node".to_owned(),
             names => names.join(" and "),
@@ -311,8 +316,10 @@ impl RunSource for Session {
     }
 
     fn wall_time(&self) -> Duration {
-        let taken = self.summary.as_ref().map(|summary| summary.wall_time);
-        taken.unwrap_or_else(|| self.began.elapsed())
+        self.summary
+            .as_ref()
+            .map(|summary| summary.wall_time)
+            .unwrap_or_else(|| self.began.elapsed())
     }
 
     fn new_rows(&mut self) -> Vec<WatchedRows> {

@@ -180,8 +180,8 @@ impl Timeline {
             let parts = bars
                 .iter()
                 .flat_map(|bar| bar.parts.iter().map(move |part| (bar, part)));
-            let seen = parts.filter(|(_, part)| part.from <= self.to && self.from < part.to);
-            let marks: Vec<Mark> = seen
+            let marks: Vec<Mark> = parts
+                .filter(|(_, part)| part.from <= self.to && self.from < part.to)
                 .map(|(bar, part)| Mark {
                     at: part.from,
                     until: part.to,
@@ -292,12 +292,14 @@ impl Timeline {
 
     fn topic(&self, lineage: &Lineage, topic: usize, chain: &Chain) -> Lane {
         let known = &lineage.topology().topics[topic];
-        let readers = known.readers.iter();
-        let ticks = readers.flat_map(|&node| lineage.ticks_between(node, self.from, Time::MAX));
-        let reads = ticks
+        let read: HashSet<u64> = known
+            .readers
+            .iter()
+            .flat_map(|&node| lineage.ticks_between(node, self.from, Time::MAX))
             .flat_map(|(_, worked)| worked.reads())
-            .filter(|read| read.topic == topic);
-        let read: HashSet<u64> = reads.map(|read| read.seq).collect();
+            .filter(|read| read.topic == topic)
+            .map(|read| read.seq)
+            .collect();
         let mark = |sent: &Head| {
             let until = sent.arrives.unwrap_or(sent.at);
             let seq = sent.seq;
@@ -315,11 +317,13 @@ impl Timeline {
                 by: None,
             }
         };
-        let sent = lineage
+        let mut marks: Vec<Mark> = lineage
             .sent(topic)
             .rev()
-            .skip_while(|sent| sent.at > self.to);
-        let mut marks: Vec<Mark> = sent.take(4_096).map(mark).collect();
+            .skip_while(|sent| sent.at > self.to)
+            .take(4_096)
+            .map(mark)
+            .collect();
         marks.retain(|mark| mark.until >= self.from);
         marks.reverse();
         Lane {

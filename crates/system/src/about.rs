@@ -48,8 +48,10 @@ impl<'s> About<'s> {
 
     /// Returns the function of `node`.
     pub fn caption(&self, node: &str) -> Option<&'static str> {
-        let mut captions = self.captions.iter();
-        captions.find(|(of, _)| *of == node).map(|(_, text)| *text)
+        self.captions
+            .iter()
+            .find(|(of, _)| *of == node)
+            .map(|(_, text)| *text)
     }
 
     /// Returns its settings as the knobs of a run.
@@ -59,8 +61,9 @@ impl<'s> About<'s> {
 
     /// Returns what follows from `knob` for other nodes.
     pub fn followers(&self, knob: &Knob) -> impl Iterator<Item = Knob> {
-        let dividers = self.dividers.iter();
-        dividers.filter_map(move |divider| divider.follow(knob))
+        self.dividers
+            .iter()
+            .filter_map(move |divider| divider.follow(knob))
     }
 }
 
@@ -125,7 +128,7 @@ impl fmt::Debug for SignalValue {
 }
 
 impl Signal {
-    /// Whether `value` is beyond the limits.
+    /// Returns whether `value` is beyond the limits.
     pub fn is_lost_at(&self, value: f64) -> bool {
         self.limits
             .is_some_and(|[least, greatest]| value < least || value > greatest)

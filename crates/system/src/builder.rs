@@ -116,8 +116,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// The graph itself, for nodes and topics that are added as in the library. The rates and
-    /// depths that are set come into force when it is built; such a graph runs in one process.
+    /// Returns the graph itself, for nodes and topics that are added as in the library. The rates
+    /// and depths that are set come into force when it is built; such a graph runs in one process.
     pub fn graph(&mut self) -> &mut Graph {
         self.is_open = true;
         &mut self.graph
@@ -143,18 +143,18 @@ impl<'a> Builder<'a> {
         self.seed
     }
 
-    /// What the program behind `node` answered when this run was recorded; `None` if it is to be
-    /// asked.
+    /// Returns what the program behind `node` answered when this run was recorded; `None` if it is
+    /// to be asked.
     pub fn answers(&self, node: &str) -> Option<Arc<RecordedAnswers>> {
         self.answers.get(node).cloned()
     }
 
-    /// The knobs set before the run begins.
+    /// Returns the knobs set before the run begins.
     pub fn setup(&self) -> &'a Setup {
         self.setup
     }
 
-    /// The kind of world. A system that never calls this supports the course's world
+    /// Returns the kind of world. A system that never calls this supports the course's world
     /// only.
     pub fn world(&mut self) -> WorldKind {
         self.knows_worlds = true;
@@ -166,7 +166,7 @@ impl<'a> Builder<'a> {
         self.here.is_none_or(is_named)
     }
 
-    /// Whether this is a recorded run, executed again, that was turned by a knob of this
+    /// Returns whether this is a recorded run, executed again, that was turned by a knob of this
     /// `kind` on `target`: recordings may hold knobs that new runs do not have.
     pub fn was_turned(&self, kind: KnobKind, target: &str) -> bool {
         let mut knobs = self.taken.iter().map(|timed| &timed.knob);
@@ -211,10 +211,12 @@ impl<'a> Builder<'a> {
         topic
     }
 
-    /// The recorded topic called `name`, if it was created before.
+    /// Returns the recorded topic called `name`, if it was created before.
     pub(crate) fn recorded(&self, name: &str) -> Option<Arc<dyn RecordedTopic>> {
-        let mut topics = self.recorded.iter();
-        topics.find(|topic| topic.name() == name).cloned()
+        self.recorded
+            .iter()
+            .find(|topic| topic.name() == name)
+            .cloned()
     }
 
     /// Inserts `relays` where the system offers it; see [`Builder::through`].
@@ -222,9 +224,9 @@ impl<'a> Builder<'a> {
         self.relays = relays;
     }
 
-    /// The topic that a reader of `topic` is to read: the topic itself, or the last one behind
-    /// the nodes that are inserted there, such as a camera and a detector. `priority` is that
-    /// of the publisher of `topic`.
+    /// Returns the topic that a reader of `topic` is to read: the topic itself, or the last one
+    /// behind the nodes that are inserted there, such as a camera and a detector. `priority` is
+    /// that of the publisher of `topic`.
     ///
     /// # Errors
     /// As of [`Builder::node`].
@@ -266,15 +268,15 @@ impl<'a> Builder<'a> {
         Topic::new(name, self.setup.depth(name).unwrap_or(Depth::ONE))
     }
 
-    /// The initial release of `node`: at the rate that is set, or else as in `usual`.
+    /// Returns the initial release of `node`: at the rate that is set, or else as in `usual`.
     fn release(&self, node: &str, usual: Release) -> Release {
         match (usual, self.setup.rate(node)) {
-            (Release::Every(_), Some(hz)) => hz.into(),
+            (Release::AtRate(_), Some(hz)) => hz.into(),
             (usual, _) => usual,
         }
     }
 
-    /// The configured message for `node`, for systems that use it to build the node.
+    /// Returns the configured message for `node`, for systems that use it to build the node.
     /// Other nodes receive theirs before the run begins.
     pub fn message(&mut self, node: &str) -> Option<&'a str> {
         let message = self.setup.message(node)?;
@@ -282,8 +284,8 @@ impl<'a> Builder<'a> {
         Some(message)
     }
 
-    /// The configured parameter `name` of `node`, for systems that use it to build the graph.
-    /// Nodes receive their other parameters before the run begins.
+    /// Returns the configured parameter `name` of `node`, for systems that use it to build the
+    /// graph. Nodes receive their other parameters before the run begins.
     pub fn parameter(&mut self, node: &str, name: &str) -> Option<&'a str> {
         let value = self.setup.parameter(node, name)?;
         let subject = format!("{node} {name}");
@@ -292,8 +294,9 @@ impl<'a> Builder<'a> {
     }
 
     fn is_answered(&self, kind: KnobKind, subject: &str) -> bool {
-        let mut answered = self.answered.iter();
-        answered.any(|(of, known)| *of == kind && known == subject)
+        self.answered
+            .iter()
+            .any(|(of, known)| *of == kind && known == subject)
     }
 
     /// Adds a node that ticks at `hz` unless set otherwise; see [`Graph::node`]. A

@@ -34,7 +34,7 @@ pub struct Unmatched<'a> {
 }
 
 impl Silence<'_> {
-    /// Why this node never ticked, as far as it is known.
+    /// Returns why this node never ticked, as far as it is known.
     fn why_idle(&self, node: &str) -> String {
         let unmatched = self.unmatched.iter().find(|of| of.node == node);
         unmatched.map_or_else(|| format!("{node} never ticked"), Unmatched::text)
@@ -86,18 +86,18 @@ pub(crate) struct Limit {
 }
 
 impl Limit {
-    /// Its age (ms).
+    /// Returns its age (ms).
     pub(crate) fn ms(self) -> f64 {
         millis::to_millis(self.age)
     }
 
-    /// Whether it holds for a long enough `share` of the time.
+    /// Returns whether it holds for a long enough `share` of the time.
     fn is_kept(self, share: f64) -> bool {
         Bound::AtLeast(self.share).holds(share)
     }
 
-    /// The `share` of the time within it, in hundredths of a percent. It is rounded to the nearest,
-    /// except that a share below the wanted one never looks like that.
+    /// Returns the `share` of the time within it, in hundredths of a percent. It is rounded to the
+    /// nearest, except that a share below the wanted one never looks like that.
     fn share_text(self, share: f64) -> String {
         let hundredths = (share * 1e4).round();
         let missed = !self.is_kept(share) && hundredths >= self.share * 1e4;
@@ -120,13 +120,13 @@ const FIGURES: [Figure; 3] = [
     ("within", "", |figures| figures.share),
 ];
 
-/// A name for programs: `see_to_act` of `see-to-act`.
+/// Returns a name for programs: `see_to_act` of `see-to-act`.
 pub(crate) fn key(name: &str) -> String {
     let plain = |c: char| if c.is_alphanumeric() { c } else { '_' };
     name.chars().map(plain).collect()
 }
 
-/// A share in percent, without trailing zeros.
+/// Returns a share in percent, without trailing zeros.
 fn percent(share: f64) -> String {
     format!("{} %", (share * 1e6).round() / 1e4)
 }
@@ -168,22 +168,22 @@ impl DataChain {
         }
     }
 
-    /// Its name.
+    /// Returns its name.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The topics on the way to its last node.
+    /// Returns the topics on the way to its last node.
     pub fn topics(&self) -> &[String] {
         &self.topics
     }
 
-    /// The node at its end.
+    /// Returns the node at its end.
     pub fn last(&self) -> &str {
         self.nodes.last().map_or("", String::as_str)
     }
 
-    /// Its limit in words.
+    /// Returns its limit in words.
     pub(crate) fn within(&self) -> Option<String> {
         let limit = self.limit?;
         let most = format!("{} at most {} ms old", self.name, limit.ms());
@@ -194,17 +194,19 @@ impl DataChain {
         })
     }
 
-    /// The verdicts on it.
+    /// Returns the verdicts on it.
     pub(crate) fn verdicts(&self) -> impl Iterator<Item = &VerdictKind> {
-        let limited = self.limit.map(|_| [&self.missed, &self.silent]);
-        limited.into_iter().flatten()
+        self.limit
+            .map(|_| [&self.missed, &self.silent])
+            .into_iter()
+            .flatten()
     }
 
     fn figures(&self, at: Time, row: &[f64]) -> Option<ChainFigures> {
         ChainFigures::at(row, self.number, self.limit.map(|limit| limit.age), at)
     }
 
-    /// The verdict on it up to run time `at`, unless its limit is kept. Data may still come
+    /// Returns the verdict on it up to run time `at`, unless its limit is kept. Data may still come
     /// if the run is not `over`. `row` is the newest message on [`CHAINS`].
     pub(super) fn missed(&self, at: Time, row: Option<&[f64]>, over: bool) -> Option<&VerdictKind> {
         let limit = self.limit?;
@@ -214,7 +216,7 @@ impl DataChain {
         }
     }
 
-    /// Its figures up to run time `at`, from the newest message on [`CHAINS`].
+    /// Returns its figures up to run time `at`, from the newest message on [`CHAINS`].
     pub(crate) fn finals(&self, at: Time, row: &[f64]) -> impl Iterator<Item = Final> {
         let (figures, key) = (self.figures(at, row), key(&self.name));
         FIGURES.into_iter().map(move |(name, unit, value)| Final {
@@ -224,19 +226,19 @@ impl DataChain {
         })
     }
 
-    /// Its data age at the output of its last node that a message on [`CHAINS`] is about; `None`
-    /// before any data.
+    /// Returns its data age at the output of its last node that a message on [`CHAINS`] is about;
+    /// `None` before any data.
     pub fn latency(&self, row: &[f64]) -> Option<Duration> {
         age_of_newest(row, self.number)
     }
 
-    /// Its mean age up to run time `at` (ms), from the newest message on [`CHAINS`].
+    /// Returns its mean age up to run time `at` (ms), from the newest message on [`CHAINS`].
     pub fn mean_ms(&self, at: Time, row: &[f64]) -> Option<f64> {
         Some(self.figures(at, row)?.mean)
     }
 
-    /// The share of the time up to run time `at` for which its limit was kept, from the newest
-    /// message on [`CHAINS`]; `None` without a limit or data.
+    /// Returns the share of the time up to run time `at` for which its limit was kept, from the
+    /// newest message on [`CHAINS`]; `None` without a limit or data.
     pub fn within_share(&self, at: Time, row: &[f64]) -> Option<f64> {
         let figures = self.limit.and(self.figures(at, row))?;
         Some(figures.share)
@@ -248,13 +250,13 @@ impl DataChain {
         Some(self.limit?.share_text(share))
     }
 
-    /// What that share lacks, where it is too small; below zero where it is not.
+    /// Returns what that share lacks, where it is too small; below zero where it is not.
     pub fn excess(&self, at: Time, row: &[f64]) -> Option<f64> {
         Some(self.limit?.share - self.within_share(at, row)?)
     }
 
-    /// Whether no data came through it up to run time `at`, and why, as the `silence` of the run
-    /// tells; from the newest message on [`CHAINS`].
+    /// Returns whether no data came through it up to run time `at`, and why, as the `silence` of
+    /// the run tells; from the newest message on [`CHAINS`].
     pub fn without_data(&self, at: Time, row: &[f64], silence: &Silence<'_>) -> Option<String> {
         if self.figures(at, row).is_some() {
             return None;
@@ -263,8 +265,11 @@ impl DataChain {
             .nodes
             .iter()
             .find(|node| silence.idle.contains(&&***node));
-        let mut hops = self.nodes.iter().zip(&self.topics);
-        let unsent = hops.find(|(_, topic)| silence.unsent.contains(&&***topic));
+        let unsent = self
+            .nodes
+            .iter()
+            .zip(&self.topics)
+            .find(|(_, topic)| silence.unsent.contains(&&***topic));
         let why = match (idle, unsent) {
             (Some(node), _) => format!(": {}", silence.why_idle(node)),
             (None, Some((node, topic))) => format!(": {node} published nothing on {topic}"),
@@ -273,7 +278,8 @@ impl DataChain {
         Some(format!("no data{why}"))
     }
 
-    /// Its data age up to run time `at` in words, from the newest message on [`CHAINS`] and the
+    /// Returns its data age up to run time `at` in words, from the newest message on [`CHAINS`] and
+    /// the
     /// `silence` of the run.
     pub fn line(&self, at: Time, row: &[f64], silence: &Silence<'_>) -> String {
         let name = &self.name;

@@ -22,7 +22,7 @@ const OF_CHAIN: [&str; 6] = [
     "measured (ms)",
 ];
 
-/// The names of all numbers for these chains.
+/// Returns the names of all numbers for these chains.
 pub(crate) fn chain_fields<'n>(names: impl Iterator<Item = &'n str>) -> Vec<String> {
     let of_chains = names.flat_map(|name| OF_CHAIN.map(|field| format!("{name} {field}")));
     ["at (ms)".to_owned()]
@@ -35,7 +35,7 @@ pub(crate) fn chain_fields<'n>(names: impl Iterator<Item = &'n str>) -> Vec<Stri
 /// published it.
 const RUN_TIMES: [&str; 2] = ["origin (ns)", "made (ns)"];
 
-/// Whether the number of this name in a message is a run time, in nanoseconds.
+/// Returns whether the number of this name in a message is a run time, in nanoseconds.
 pub fn is_run_time(field: &str) -> bool {
     RUN_TIMES.iter().any(|end| field.ends_with(end))
 }
@@ -147,8 +147,8 @@ impl ChainAges {
     }
 }
 
-/// The age of chain number `chain` just after its newest output, from a `row`; `None` before the
-/// first.
+/// Returns the age of chain number `chain` just after its newest output, from a `row`; `None`
+/// before the first.
 pub(crate) fn age_of_newest(row: &[f64], chain: usize) -> Option<Duration> {
     let age = row.get(2 + OF_CHAIN.len() * chain)?;
     (!age.is_nan()).then(|| Duration::from_nanos((age * 1e6).round() as u64))
@@ -166,8 +166,8 @@ pub(crate) struct ChainFigures {
 }
 
 impl ChainFigures {
-    /// The figures of chain number `chain` up to run time `at`, from the newest `row`: until
-    /// then its age has grown. `None` without an output.
+    /// Returns the figures of chain number `chain` up to run time `at`, from the newest `row`:
+    /// until then its age has grown. `None` without an output.
     pub(crate) fn at(row: &[f64], chain: usize, limit: Option<Duration>, at: Time) -> Option<Self> {
         let numbers = row.get(1 + OF_CHAIN.len() * chain..)?;
         let &[_, after, mean, greatest, within, measured, ..] = numbers else {
@@ -187,12 +187,14 @@ impl ChainFigures {
     }
 }
 
-/// The age of chain number `CHAIN` in a message on [`CHAINS`](super::CHAINS), just before its
-/// output (ms): the peaks of the age.
+/// Returns the age of chain number `CHAIN` in a message on [`CHAINS`](super::CHAINS), just before
+/// its output (ms): the peaks of the age.
 fn peak<const CHAIN: usize>(row: &[f64]) -> f64 {
     let at = |field: usize| row.get(1 + OF_CHAIN.len() * CHAIN + field).copied();
-    let before = at(0).filter(|age| !age.is_nan());
-    before.or(at(1)).unwrap_or(f64::NAN)
+    at(0)
+        .filter(|age| !age.is_nan())
+        .or(at(1))
+        .unwrap_or(f64::NAN)
 }
 
 /// The peaks of each possible chain.

@@ -78,7 +78,7 @@ impl StepData {
         self.forget(self.begun.len().saturating_sub(MAX_UNREAD));
     }
 
-    /// When the data of message number `seq` began.
+    /// Returns when the data of message number `seq` began.
     fn begun_of(&self, seq: u64) -> Option<Time> {
         let place = usize::try_from(seq.checked_sub(self.first)?).ok()?;
         *self.begun.get(place)?
@@ -109,20 +109,21 @@ impl Followed {
     fn new(chains: &[DataChain], topology: &Topology) -> Option<Self> {
         let mut topics = vec![Vec::new(); topology.topics.len()];
         let steps = chains.iter().enumerate().map(|(number, chain)| {
-            let pairs = chain.nodes.windows(2).zip(chain.topics());
-            let steps = pairs.enumerate().map(|(place, (nodes, topic))| {
-                let index = topology.topic(topic)?;
-                topics[index].push((number, place));
-                let (from, to) = (topology.node(&nodes[0])?, topology.node(&nodes[1])?);
-                let mut readers = topology.topics[index].readers.iter();
-                Some(ChainStep {
-                    topic: index,
-                    from,
-                    to,
-                    reader: readers.position(|reader| *reader == to)?,
-                    data: Mutex::default(),
-                })
-            });
+            let steps = chain.nodes.windows(2).zip(chain.topics()).enumerate().map(
+                |(place, (nodes, topic))| {
+                    let index = topology.topic(topic)?;
+                    topics[index].push((number, place));
+                    let (from, to) = (topology.node(&nodes[0])?, topology.node(&nodes[1])?);
+                    let mut readers = topology.topics[index].readers.iter();
+                    Some(ChainStep {
+                        topic: index,
+                        from,
+                        to,
+                        reader: readers.position(|reader| *reader == to)?,
+                        data: Mutex::default(),
+                    })
+                },
+            );
             steps.collect()
         });
         Some(Self {
@@ -133,13 +134,13 @@ impl Followed {
         })
     }
 
-    /// The steps through a topic, each with its chain and its place there.
+    /// Returns the steps through a topic, each with its chain and its place there.
     fn through(&self, topic: usize) -> impl Iterator<Item = (usize, usize, &ChainStep)> {
         let steps = self.topics.get(topic).into_iter().flatten();
         steps.map(|(chain, place)| (*chain, *place, &self.chains[*chain][*place]))
     }
 
-    /// When the data of a new message on a step began.
+    /// Returns when the data of a new message on a step began.
     fn begun(&self, (chain, place): (usize, usize), head: &Head) -> Option<Time> {
         let step = &self.chains[chain][place];
         let by = head.by.filter(|by| by.node == step.from)?;
@@ -192,7 +193,7 @@ impl Followed {
 }
 
 impl ChainTracker {
-    /// The chains through the topic with this index in the graph.
+    /// Returns the chains through the topic with this index in the graph.
     pub fn through(self: &Arc<Self>, topic: usize) -> TopicChains {
         let tracker = Some(self.clone());
         TopicChains { tracker, topic }
@@ -205,8 +206,8 @@ impl ChainTracker {
         }
     }
 
-    /// When the data began that the last node of chain number `chain` works on in a tick that `began`
-    /// then; `None` before any.
+    /// Returns when the data began that the last node of chain number `chain` works on in a tick
+    /// that `began` then; `None` before any.
     pub(crate) fn begun(&self, chain: usize, began: Time) -> Option<Time> {
         match self.0.get()?.chains.get(chain)?.last() {
             Some(last) => last.data().read,
@@ -229,8 +230,9 @@ impl TopicChains {
     }
 
     fn steps(&self) -> impl Iterator<Item = &ChainStep> {
-        let followed = self.followed().into_iter();
-        followed.flat_map(|known| known.through(self.topic).map(|(_, _, step)| step))
+        self.followed()
+            .into_iter()
+            .flat_map(|known| known.through(self.topic).map(|(_, _, step)| step))
     }
 
     /// Their number.
@@ -238,8 +240,8 @@ impl TopicChains {
         self.steps().count()
     }
 
-    /// The run time at which the data of message number `seq` began, for each of them (ns); NaN where
-    /// that is unknown.
+    /// Returns the run time at which the data of message number `seq` began, for each of them (ns);
+    /// NaN where that is unknown.
     pub fn begun(&self, seq: u64) -> impl Iterator<Item = f64> {
         let begun = self.steps().map(move |step| step.data().begun_of(seq));
         begun.map(|at| at.map_or(f64::NAN, |at| at.as_nanos() as f64))
@@ -276,8 +278,10 @@ impl Sink for ChainTracker {
         match record {
             TopicRecord::Sent { head, .. } => known.publish(topic, head),
             TopicRecord::Read { reader, seq, .. } => {
-                let steps = known.through(topic).filter(|step| step.2.reader == *reader);
-                steps.for_each(|(_, _, step)| step.data().read(*seq));
+                known
+                    .through(topic)
+                    .filter(|step| step.2.reader == *reader)
+                    .for_each(|(_, _, step)| step.data().read(*seq));
             }
             _ => {}
         }

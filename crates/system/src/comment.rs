@@ -1,7 +1,7 @@
 //! Comments in lists of knobs: from a `#` at the start of a line or after white space to
 //! the end of the line. In a path such a `#` is written `\#`.
 
-/// The possible starts of comments in `line`, ignoring backslashes before the `#`: the
+/// Returns the possible starts of comments in `line`, ignoring backslashes before the `#`: the
 /// position of each, and its number of backslashes.
 fn hashes(line: &str) -> impl Iterator<Item = (usize, usize)> {
     line.match_indices('#').filter_map(|(place, _)| {
@@ -33,8 +33,10 @@ pub(super) fn escaped(text: &str) -> String {
 /// `text` with one backslash less before each `#` that would begin a comment.
 pub(super) fn unescaped(text: &str) -> String {
     let mut unescaped = text.to_owned();
-    let escapes = hashes(text).filter(|(_, backslashes)| *backslashes > 0);
-    let places: Vec<usize> = escapes.map(|(place, _)| place - 1).collect();
+    let places: Vec<usize> = hashes(text)
+        .filter(|(_, backslashes)| *backslashes > 0)
+        .map(|(place, _)| place - 1)
+        .collect();
     for place in places.into_iter().rev() {
         unescaped.remove(place);
     }

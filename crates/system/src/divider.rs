@@ -14,7 +14,7 @@ pub struct Divider {
 }
 
 impl Divider {
-    /// The divider of `node` in a text such as `control / 10`; `None` if that is none.
+    /// Returns the divider of `node` in a text such as `control / 10`; `None` if that is none.
     pub fn parse(node: &str, text: &str) -> Option<Self> {
         let (of, by) = text.split_once('/')?;
         let by = by.trim().parse().ok().filter(|by| *by > 0)?;
@@ -25,14 +25,14 @@ impl Divider {
         })
     }
 
-    /// Its rate, rounded down to a microhertz, where the other node has the rate `of`; `None` if
-    /// that is below all rates.
+    /// Returns its rate, rounded down to a microhertz, where the other node has the rate `of`;
+    /// `None` if that is below all rates.
     pub fn rate(&self, of: Hz) -> Option<Hz> {
         let micro = of.as_micro() / self.by;
         (micro >= Hz::MIN.as_micro()).then(|| Hz::from_micro(micro))
     }
 
-    /// What follows from `knob` for the node.
+    /// Returns what follows from `knob` for the node.
     pub fn follow(&self, knob: &Knob) -> Option<Knob> {
         match knob {
             Knob::Rate { node, hz } if *node == self.of => Some(Knob::Rate {

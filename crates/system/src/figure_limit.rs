@@ -27,7 +27,8 @@ pub enum Bound {
 const ROUNDING: f64 = 1e-14;
 
 impl Bound {
-    /// Whether `value` is within it. A figure that is equal to it is, however its sums are rounded.
+    /// Returns whether `value` is within it. A figure that is equal to it is, however its sums are
+    /// rounded.
     pub fn holds(self, value: f64) -> bool {
         match self {
             Self::AtMost(most) => value <= most + most.abs() * ROUNDING,

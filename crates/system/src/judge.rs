@@ -82,7 +82,7 @@ impl VerdictKind {
     /// A node ended the run.
     pub const ENDED: Self = Self::held("ended", "ENDED at {at} (by a node)");
 
-    /// A kind of runs that are not lost.
+    /// Returns a kind of runs that are not lost.
     pub const fn held(name: &'static str, text: &'static str) -> Self {
         Self {
             name: Cow::Borrowed(name),
@@ -91,7 +91,7 @@ impl VerdictKind {
         }
     }
 
-    /// A kind of runs that are lost.
+    /// Returns a kind of runs that are lost.
     pub const fn lost(name: &'static str, text: &'static str) -> Self {
         Self {
             name: Cow::Borrowed(name),
@@ -119,7 +119,7 @@ impl Verdict {
         Self { kind, at }
     }
 
-    /// The verdict on a run of which only the reason for its end is known.
+    /// Returns the verdict on a run of which only the reason for its end is known.
     pub fn from_exit(exit: &ClockExit, at: Time) -> Self {
         let kind = match exit {
             ClockExit::Completed => VerdictKind::COMPLETED,
@@ -129,12 +129,12 @@ impl Verdict {
         Self { kind, at }
     }
 
-    /// Whether the run is lost.
+    /// Returns whether the run is lost.
     pub fn is_lost(&self) -> bool {
         self.kind.lost
     }
 
-    /// A one-word name for programs.
+    /// Returns a one-word name for programs.
     pub fn name(&self) -> &str {
         &self.kind.name
     }
@@ -170,7 +170,7 @@ pub struct AgeLimits {
 }
 
 impl AgeLimits {
-    /// The age at which deviations grow, if it is below the age of a loss.
+    /// Returns the age at which deviations grow, if it is below the age of a loss.
     pub fn swings(self) -> Option<Duration> {
         let before = |grows: &Duration| self.falls.is_none_or(|falls| *grows < falls);
         self.grows.filter(before)

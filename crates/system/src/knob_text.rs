@@ -40,7 +40,7 @@ use super::{
 pub struct KnobText(pub &'static [Alias]);
 
 impl KnobText {
-    /// The alias called `name`.
+    /// Returns the alias called `name`.
     pub fn alias(&self, name: &str) -> Option<&'static Alias> {
         let name = name.replace('_', "-");
         self.0.iter().find(|alias| alias.name == name)
@@ -81,10 +81,14 @@ impl KnobText {
             .filter(|(_, knob)| knob.trim().contains(char::is_whitespace));
         let (at, knob) = words.ok_or_else(|| KnobTextError::Timed(line.clone()))?;
         let seconds = at.parse().ok();
-        let time = seconds.and_then(|seconds: f64| Time::from_secs_f64(seconds).ok());
-        let at = time.ok_or_else(|| KnobTextError::Time(at.to_owned()))?;
-        let knobs = self.parse(knob)?.into_iter();
-        Ok(knobs.map(|knob| TimedKnob { at, knob }).collect())
+        let at = seconds
+            .and_then(|seconds: f64| Time::from_secs_f64(seconds).ok())
+            .ok_or_else(|| KnobTextError::Time(at.to_owned()))?;
+        Ok(self
+            .parse(knob)?
+            .into_iter()
+            .map(|knob| TimedKnob { at, knob })
+            .collect())
     }
 
     /// Parses a list of knobs, one per line. Ignores empty lines and comments: from a `#`
@@ -93,8 +97,11 @@ impl KnobText {
     /// # Errors
     /// [`KnobTextError::Line`] with the first invalid line.
     pub fn parse_list(&self, text: &str) -> Result<Vec<TimedKnob>, KnobTextError> {
-        let knobs = self.parse_lines(text)?.into_iter();
-        Ok(knobs.map(|(_, knob)| knob).collect())
+        Ok(self
+            .parse_lines(text)?
+            .into_iter()
+            .map(|(_, knob)| knob)
+            .collect())
     }
 
     /// Parses a list, each knob with the number of its line, counted from one.
@@ -130,17 +137,19 @@ impl KnobText {
         lines
     }
 
-    /// The line for the first of `knobs`, and the number of knobs it covers.
+    /// Returns the line for the first of `knobs`, and the number of knobs it covers.
     fn first_line(&self, first: &TimedKnob, knobs: &[TimedKnob]) -> (String, usize) {
-        let aliases = self.0.iter();
-        let mut named = aliases.filter_map(|alias| Some((alias, alias.value_of(knobs)?)));
+        let mut named = self
+            .0
+            .iter()
+            .filter_map(|alias| Some((alias, alias.value_of(knobs)?)));
         match named.next() {
             Some((alias, value)) => (format!("{} {value}", alias.name), alias.knobs.len()),
             None => (first.knob.to_string(), 1),
         }
     }
 
-    /// The kind of the knob that begins with `name`: an alias, or a kind and a target.
+    /// Returns the kind of the knob that begins with `name`: an alias, or a kind and a target.
     ///
     /// # Errors
     /// [`KnobTextError::Name`] for an unknown knob.
@@ -152,8 +161,12 @@ impl KnobText {
     }
 
     fn unknown(&self, name: &str) -> KnobTextError {
-        let aliases = self.0.iter().map(|alias| alias.name);
-        let names: Vec<&str> = aliases.chain(KnobKind::ALL.map(KnobKind::name)).collect();
+        let names: Vec<&str> = self
+            .0
+            .iter()
+            .map(|alias| alias.name)
+            .chain(KnobKind::ALL.map(KnobKind::name))
+            .collect();
         if name.parse::<f64>().is_ok() {
             return KnobTextError::HasTime(name.to_owned());
         }

@@ -79,7 +79,7 @@ pub struct Alias {
 }
 
 impl Alias {
-    /// The kind of all its knobs.
+    /// Returns the kind of all its knobs.
     pub fn kind(&self) -> KnobKind {
         self.knobs.first().map_or(KnobKind::Send, |(kind, _)| *kind)
     }
@@ -89,31 +89,34 @@ impl Alias {
     /// # Errors
     /// [`KnobError`] for an invalid value.
     pub fn set(&self, value: &str) -> Result<Vec<Knob>, KnobError> {
-        let knobs = self.knobs.iter();
-        knobs.map(|(kind, of)| kind.set(of, value)).collect()
+        self.knobs
+            .iter()
+            .map(|(kind, of)| kind.set(of, value))
+            .collect()
     }
 
-    /// The value in a text that may name its node before, as in `noise sensor 0.1`: a parameter of
-    /// one node only.
+    /// Returns the value in a text that may name its node before, as in `noise sensor 0.1`: a
+    /// parameter of one node only.
     pub(super) fn without_node<'t>(&self, text: &'t str) -> &'t str {
         let [(KnobKind::Parameter, subject)] = self.knobs else {
             return text;
         };
         let node = subject.split_whitespace().next().unwrap_or_default();
         let rest = text.strip_prefix(node);
-        let rest = rest.filter(|rest| rest.starts_with(char::is_whitespace));
-        rest.map_or(text, str::trim_start)
+        rest.filter(|rest| rest.starts_with(char::is_whitespace))
+            .map_or(text, str::trim_start)
     }
 
-    /// The initial value: from `setup`, or else the default. If its knobs have several
+    /// Returns the initial value: from `setup`, or else the default. If its knobs have several
     /// values, that of the first.
     pub fn value(&self, setup: &Setup) -> String {
-        let first = self.knobs.first();
-        let knob = first.and_then(|(kind, of)| setup.knob(*kind, of));
-        knob.map_or_else(|| self.default.to_owned(), Knob::value)
+        self.knobs
+            .first()
+            .and_then(|(kind, of)| setup.knob(*kind, of))
+            .map_or_else(|| self.default.to_owned(), Knob::value)
     }
 
-    /// The common value of the knobs at the beginning of `knobs`, if they are the knobs
+    /// Returns the common value of the knobs at the beginning of `knobs`, if they are the knobs
     /// of this alias with one value and one time.
     pub(super) fn value_of(&self, knobs: &[TimedKnob]) -> Option<String> {
         let turned = knobs.get(..self.knobs.len())?;

@@ -45,7 +45,7 @@ impl<F> LibraryGraph<F>
 where
     F: Fn(&mut Builder<'_>) -> Result<(), BuildError> + Send + Sync + 'static,
 {
-    /// The graph called `name` that `wire` adds to [`Builder::graph`].
+    /// Creates the graph called `name` that `wire` adds to [`Builder::graph`].
     pub fn new(name: impl Into<String>, wire: F) -> Self {
         let name = name.into();
         Self { name, wire }

@@ -35,14 +35,16 @@ pub fn loaded(
 /// The file, its line, the value there and what was expected.
 pub fn read_column(path: &Path) -> Result<Vec<Duration>, String> {
     let text = file::read_text(path, LARGEST).map_err(|why| why.to_string());
-    let durations = text.and_then(|text| parse(&text));
-    durations.map_err(|why| format!("{}: {why}", path.display()))
+    text.and_then(|text| parse(&text))
+        .map_err(|why| format!("{}: {why}", path.display()))
 }
 
 fn parse(text: &str) -> Result<Vec<Duration>, String> {
     // Spreadsheets write a byte order mark.
-    let lines = text.trim_start_matches('\u{feff}').lines().zip(1..);
-    let mut values = lines
+    let mut values = text
+        .trim_start_matches('\u{feff}')
+        .lines()
+        .zip(1..)
         .filter_map(|(line, number)| {
             let value = line.split('#').next()?.trim();
             (!value.is_empty()).then_some((number, value))
@@ -65,7 +67,7 @@ fn parse(text: &str) -> Result<Vec<Duration>, String> {
     }
 }
 
-/// Whether `value` names a column, and one only.
+/// Returns whether `value` names a column, and one only.
 fn is_name(value: &str) -> bool {
     let named = value.starts_with(|first: char| first == '"' || first.is_alphabetic());
     named && value.parse::<f64>().is_err() && !value.contains([',', ';', '\t'])

@@ -6,14 +6,14 @@ use ratelab::{Digest, KnobKind};
 
 use super::{Alias, Setup, System};
 
-/// A name for programs: `control_hz` of `control-hz`, `obs` of `/obs`.
+/// Returns a name for programs: `control_hz` of `control-hz`, `obs` of `/obs`.
 pub fn key(name: &str) -> String {
     let words = name.split(|c: char| !c.is_alphanumeric());
     let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
     words.join("_")
 }
 
-/// The subject of the knob called `name`: `control` for `control-hz`, `queue depth` for
+/// Returns the subject of the knob called `name`: `control` for `control-hz`, `queue depth` for
 /// `queue-depth`, `think time` for `think-ms`, `pilot` for `rate pilot`, `pilot cost` for
 /// `takes pilot`, `/obs delay` for `link /obs delay:{}`.
 pub fn label(name: &str) -> String {
@@ -33,7 +33,7 @@ pub fn label(name: &str) -> String {
     }
 }
 
-/// The unit of a number that the knob called `name` takes, with a blank before it.
+/// Returns the unit of a number that the knob called `name` takes, with a blank before it.
 pub fn unit(name: &str, kind: KnobKind) -> &'static str {
     let before = name.split("{}").next().unwrap_or_default();
     let has_time = matches!(kind, KnobKind::Link | KnobKind::Send);
@@ -44,34 +44,38 @@ pub fn unit(name: &str, kind: KnobKind) -> &'static str {
     }
 }
 
-/// Name of a node in texts: from the alias for its rate, else its own.
+/// Returns the name of a node in texts: from the alias for its rate, else its own.
 pub fn node_label(system: &dyn System, node: &str) -> String {
     let rate = rate_alias(system, |of| of == node);
     label(rate.map_or(node, |alias| alias.name))
 }
 
-/// The first alias of this kind.
+/// Returns the first alias of this kind.
 pub fn first_alias(system: &dyn System, kind: KnobKind) -> Option<&'static Alias> {
-    let mut aliases = system.knobs().aliases().iter();
-    aliases.find(|alias| alias.kind() == kind)
+    system
+        .knobs()
+        .aliases()
+        .iter()
+        .find(|alias| alias.kind() == kind)
 }
 
-/// The node of the first alias for a rate: its rate matters most.
+/// Returns the node of the first alias for a rate: its rate matters most.
 pub fn paced_node(system: &dyn System) -> Option<&'static str> {
     let first = first_alias(system, KnobKind::Rate)?;
     first.knobs.first().map(|(_, node)| *node)
 }
 
-/// The first alias for the rate of a node for which `wanted` is true.
+/// Returns the first alias for the rate of a node for which `wanted` is true.
 pub fn rate_alias(system: &dyn System, wanted: impl Fn(&str) -> bool) -> Option<&'static Alias> {
-    let mut aliases = system.knobs().aliases().iter();
-    aliases.find(|alias| {
-        let mut knobs = alias.knobs.iter();
-        knobs.any(|(kind, of)| *kind == KnobKind::Rate && wanted(of))
+    system.knobs().aliases().iter().find(|alias| {
+        alias
+            .knobs
+            .iter()
+            .any(|(kind, of)| *kind == KnobKind::Rate && wanted(of))
     })
 }
 
-/// The aliases to be shown. A cost, a parameter, and a message other than the first, is
+/// Returns the aliases to be shown. A cost, a parameter, and a message other than the first, is
 /// shown where it is `wanted`.
 pub fn shown(system: &dyn System, wanted: impl Fn(&Alias) -> bool) -> Vec<&'static Alias> {
     let first = first_alias(system, KnobKind::Send);
@@ -83,19 +87,19 @@ pub fn shown(system: &dyn System, wanted: impl Fn(&Alias) -> bool) -> Vec<&'stat
     system.knobs().aliases().iter().filter(shown).collect()
 }
 
-/// Whether `alias` is set away from its default in `setup`.
+/// Returns whether `alias` is set away from its default in `setup`.
 pub fn is_set(alias: &Alias, setup: &Setup) -> bool {
     alias.value(setup) != alias.default
 }
 
-/// The short form of a message to a node: for a file, its name without folder and digest.
+/// Returns the short form of a message to a node: for a file, its name without folder and digest.
 pub fn short(system: &dyn System, node: &str, text: &str) -> String {
     let file = system.knobs().file(node, text);
     let name = file.as_deref().and_then(Path::file_name);
     name.map_or_else(|| text.to_owned(), |name| name.to_string_lossy().into())
 }
 
-/// The short form of the value of `alias` in `setup`.
+/// Returns the short form of the value of `alias` in `setup`.
 pub fn short_value(system: &dyn System, alias: &Alias, setup: &Setup) -> String {
     let value = alias.value(setup);
     match alias.knobs {
@@ -105,13 +109,12 @@ pub fn short_value(system: &dyn System, alias: &Alias, setup: &Setup) -> String 
     }
 }
 
-/// A word for successful runs: their usual verdict, such as `balanced`.
+/// Returns a word for successful runs: their usual verdict, such as `balanced`.
 pub fn good(system: &dyn System) -> String {
     let verdicts = system.verdicts();
-    let usual = verdicts
+    verdicts
         .first()
-        .filter(|_| verdicts.iter().any(|verdict| verdict.lost));
-    usual
+        .filter(|_| verdicts.iter().any(|verdict| verdict.lost))
         .map_or("not lost", |verdict| &verdict.name)
         .replace('_', " ")
 }

@@ -12,14 +12,17 @@ pub(crate) const FULL: f64 = 1.0 + 1e-9;
 /// The number of skipped periods per tick from which a node has too much to do.
 const OFTEN: f64 = 0.1;
 
-/// What a tick of `node` takes with `setup`.
+/// Returns what a tick of `node` takes with `setup`.
 pub(crate) fn cost_of(setup: &Setup, node: &str) -> Draw {
-    let cost = setup.knob(KnobKind::Takes, node).and_then(Knob::draw);
-    cost.cloned().unwrap_or(Draw::NONE)
+    setup
+        .knob(KnobKind::Takes, node)
+        .and_then(Knob::draw)
+        .cloned()
+        .unwrap_or(Draw::NONE)
 }
 
-/// A warning that `node`, which has a core of its own and ticks at `hz`, is asked for more than it
-/// can do with `setup`, and the share of its periods that it skips; `None` if it is not.
+/// Returns a warning that `node`, which has a core of its own and ticks at `hz`, is asked for more
+/// than it can do with `setup`, and the share of its periods that it skips; `None` if it is not.
 ///
 /// A tick that takes `k` periods and a bit skips `k` of them: the next one begins when the
 /// first period after its end does. So the share is exact for any distribution of costs.
@@ -77,7 +80,7 @@ pub(crate) fn shortest_ms(seconds: f64) -> f64 {
     (ms * digits).round() / digits
 }
 
-/// Whether due times of `node` wait while it is busy.
+/// Returns whether due times of `node` wait while it is busy.
 fn waits(setup: &Setup, node: &str) -> bool {
     let late = setup.knob(KnobKind::Late, node);
     matches!(late, Some(Knob::Late { overrun, .. }) if *overrun != Overrun::default())

@@ -45,7 +45,7 @@ impl BarPart {
     /// The word for any other part.
     pub const PLANNED: &str = "planned";
 
-    /// What it is, in a word.
+    /// Returns what it is, in a word.
     pub fn word(&self) -> &'static str {
         if self.played {
             Self::PLAYED
@@ -56,7 +56,7 @@ impl BarPart {
 }
 
 impl PlanBars {
-    /// The bars of a run whose messages are in `rows`, by name of their topic.
+    /// Returns the bars of a run whose messages are in `rows`, by name of their topic.
     pub fn of<'r>(planning: &Planning, rows: impl Fn(&str) -> Option<&'r Rows>) -> Self {
         let mut bars = Self::default();
         let messages = |topic| rows(topic).into_iter().flat_map(Rows::iter);
@@ -111,8 +111,8 @@ impl PlanBars {
         }
     }
 
-    /// The bars in the order of their plans, in as many lanes as it takes: in none of them two
-    /// touch.
+    /// Returns the bars in the order of their plans, in as many lanes as it takes: in none of them
+    /// two touch.
     pub fn lanes(&self) -> Vec<Vec<PlanBar>> {
         let mut lanes: Vec<Vec<PlanBar>> = Vec::new();
         for (number, stretch) in &self.plans {
@@ -138,7 +138,7 @@ impl PlanBars {
     }
 }
 
-/// The parts of a plan, of which these stretches were played; they may go on after its end.
+/// Returns the parts of a plan, of which these stretches were played; they may go on after its end.
 fn parts([begins, ends]: [Time; 2], played: &[[Time; 2]]) -> Vec<BarPart> {
     let mut parts = Vec::new();
     let mut at = begins;

@@ -30,7 +30,7 @@ pub struct Planning {
 }
 
 impl Planning {
-    /// Its topics.
+    /// Returns its topics.
     pub fn topics(&self) -> [&'static str; 3] {
         [self.plans, self.steps, self.played]
     }
@@ -69,12 +69,12 @@ pub struct ActionPlan {
 }
 
 impl ActionPlan {
-    /// Run time at which its last action is over.
+    /// Returns the run time at which its last action is over.
     pub fn ends(&self) -> Time {
         self.begins + self.period * self.actions.len() as u32
     }
 
-    /// Place of the action that is meant for run time `at`; beyond the last one, how far.
+    /// Returns the place of the action that is meant for run time `at`; beyond the last one, how far.
     /// `None` before the first.
     pub fn place(&self, at: Time) -> Option<usize> {
         let since = at.as_nanos().checked_sub(self.begins.as_nanos())?;
@@ -82,7 +82,7 @@ impl ActionPlan {
         usize::try_from(place).ok()
     }
 
-    /// The action that is meant for run time `at`.
+    /// Returns the action that is meant for run time `at`.
     pub fn action(&self, at: Time) -> Option<f64> {
         self.actions.get(self.place(at)?).copied()
     }

@@ -135,7 +135,7 @@ pub struct JointValues {
 }
 
 impl JointValues {
-    /// Whether all numbers are finite.
+    /// Returns whether all numbers are finite.
     pub fn is_finite(&self) -> bool {
         let all = [&self.position, &self.velocity, &self.effort];
         all.into_iter().flatten().all(|number| number.is_finite())

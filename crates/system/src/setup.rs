@@ -30,13 +30,14 @@ impl Setup {
         self
     }
 
-    /// The knob of this `kind` for a [subject](Knob::subject), if it is set.
+    /// Returns the knob of this `kind` for a [subject](Knob::subject), if it is set.
     pub fn knob(&self, kind: KnobKind, subject: &str) -> Option<&Knob> {
-        let mut knobs = self.0.iter();
-        knobs.find(|knob| knob.kind() == kind && knob.subject() == subject)
+        self.0
+            .iter()
+            .find(|knob| knob.kind() == kind && knob.subject() == subject)
     }
 
-    /// Rate of `node`, if it is set.
+    /// Returns the rate of `node`, if it is set.
     pub fn rate(&self, node: &str) -> Option<Hz> {
         match self.knob(KnobKind::Rate, node)? {
             Knob::Rate { hz, .. } => Some(*hz),
@@ -76,7 +77,7 @@ impl Setup {
         }
     }
 
-    /// All knobs, in the order in which they were first set.
+    /// Returns all knobs, in the order in which they were first set.
     pub fn iter(&self) -> impl Iterator<Item = &Knob> {
         self.0.iter()
     }

@@ -13,7 +13,7 @@ use crate::{
 /// system returns from [`judge`](Self::judge), [`robot`](Self::robot) and [`knobs`](Self::knobs):
 /// usually itself.
 pub trait System: Send + Sync + 'static {
-    /// Name, such as `drone`. Recordings contain it.
+    /// Returns the name, such as `drone`. Recordings contain it.
     fn name(&self) -> &str;
 
     /// Adds the system's nodes and topics to an empty graph. Called once per run; builds
@@ -121,8 +121,11 @@ impl dyn System + '_ {
             return verdict;
         }
         let over = *exit != ClockExit::Stopped;
-        let mut each = self.about().chains.iter();
-        let missed = each.find_map(|chain| chain.missed(at, chains, over));
+        let missed = self
+            .about()
+            .chains
+            .iter()
+            .find_map(|chain| chain.missed(at, chains, over));
         missed.map_or(verdict, |missed| Verdict::new(missed.clone(), at))
     }
 
@@ -133,8 +136,11 @@ impl dyn System + '_ {
             .chains
             .iter()
             .flat_map(|chain| chain.verdicts());
-        let own = self.judge().verdicts().into_iter();
-        own.chain(of_chains.cloned()).collect()
+        self.judge()
+            .verdicts()
+            .into_iter()
+            .chain(of_chains.cloned())
+            .collect()
     }
 
     /// Returns `knob` in recordable form, for a run with this `seed` and `setup`: its

@@ -5,13 +5,13 @@ use ratelab::Time;
 
 /// Adds up the messages of some recorded topics.
 pub trait RunTally: Send {
-    /// Names of the topics.
+    /// Returns the names of the topics.
     fn topics(&self) -> &'static [&'static str];
 
     /// Takes a message of `topic`, as its [`Fields`](ratelab_metrics::Fields).
     fn message(&mut self, topic: &str, row: &[f64]);
 
-    /// The figures so far.
+    /// Returns the figures so far.
     fn figures(&self) -> Vec<SystemFigure>;
 }
 
@@ -29,7 +29,7 @@ pub struct SystemFigure {
 }
 
 impl SystemFigure {
-    /// Its text with the value in it; `None` without a text, or without a value.
+    /// Returns its text with the value in it; `None` without a text, or without a value.
     pub fn shown(&self) -> Option<String> {
         let value = match self.value {
             FigureValue::Count(count) => count.to_string(),
@@ -77,7 +77,7 @@ impl MeanCost {
         (self.since, self.newest) = (now, cost);
     }
 
-    /// The mean until run time `end`; `None` if no time has passed since the first
+    /// Returns the mean until run time `end`; `None` if no time has passed since the first
     /// state.
     pub fn until(&self, end: Time) -> Option<f64> {
         let time = end.since(self.first?).as_secs_f64();

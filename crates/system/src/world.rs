@@ -40,7 +40,7 @@ impl WorldKind {
     /// A plant that moves by itself in steps of one millisecond.
     pub const OWN: Self = Self::Own { step_ms: StepMs(1) };
 
-    /// Name of the kind.
+    /// Returns the name of the kind.
     pub fn name(self) -> &'static str {
         match self {
             Self::Course => "course",
@@ -48,13 +48,13 @@ impl WorldKind {
         }
     }
 
-    /// Whether the plant waits for the actuator.
+    /// Returns whether the plant waits for the actuator.
     pub fn is_course(&self) -> bool {
         *self == Self::Course
     }
 }
 
-/// Whether the effect of `knob` depends on the world: a cost, a link or a fault has less
+/// Returns whether the effect of `knob` depends on the world: a cost, a link or a fault has less
 /// effect in a world that waits.
 pub fn depends_on_the_world(knob: &Knob) -> bool {
     use KnobKind::{Depth, Rate, Read, Send};
@@ -73,7 +73,7 @@ impl StepMs {
     /// The longest step: that of the course.
     pub const LONGEST: Self = Self(10);
 
-    /// The number of milliseconds.
+    /// Returns the number of milliseconds.
     pub fn get(self) -> u64 {
         u64::from(self.0)
     }
@@ -83,8 +83,9 @@ impl TryFrom<u64> for StepMs {
     type Error = WorldError;
 
     fn try_from(ms: u64) -> Result<Self, WorldError> {
-        let mut all = Self::ALL.into_iter();
-        all.find(|step| step.get() == ms)
+        Self::ALL
+            .into_iter()
+            .find(|step| step.get() == ms)
             .ok_or(WorldError::StepMs(ms))
     }
 }
@@ -134,12 +135,12 @@ impl<T> StepInput<T> {
         Self { next, later }
     }
 
-    /// The input of the next step.
+    /// Returns the input of the next step.
     pub fn next(&self) -> &T {
         &self.next
     }
 
-    /// The input that was set last.
+    /// Returns the input that was set last.
     pub fn last_set(&self) -> &T {
         self.later.as_ref().unwrap_or(&self.next)
     }
@@ -154,7 +155,7 @@ impl<T> StepInput<T> {
         }
     }
 
-    /// Whether the input changes after the next step.
+    /// Returns whether the input changes after the next step.
     pub fn changes(&self) -> bool {
         self.later.is_some()
     }

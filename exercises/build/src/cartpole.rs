@@ -133,8 +133,10 @@ impl Run {
             return String::new();
         };
         let rows = steps.iter().map(|(head, step)| (table.row)(head.at, step));
-        let lines = std::iter::once(table.header.to_owned()).chain(rows);
-        lines.map(|line| line + "\n").collect()
+        std::iter::once(table.header.to_owned())
+            .chain(rows)
+            .map(|line| line + "\n")
+            .collect()
     }
 }
 

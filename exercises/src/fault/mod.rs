@@ -153,8 +153,10 @@ fn whole_ms(seconds: f64) -> String {
 
 /// Two runs in each row, so that the head stays in sight.
 fn table(names: &[String], as_it_is: &Run, mended: &[Run]) -> Table {
-    let names = iter::once("nothing").chain(names.iter().map(String::as_str));
-    let runs: Vec<(&str, &Run)> = names.zip(iter::once(as_it_is).chain(mended)).collect();
+    let runs: Vec<(&str, &Run)> = iter::once("nothing")
+        .chain(names.iter().map(String::as_str))
+        .zip(iter::once(as_it_is).chain(mended))
+        .collect();
     let end = |run: &Run| {
         if run.fell() {
             format!("fell {:.2} s", run.0.sim_time.as_secs_f64())
@@ -191,11 +193,12 @@ fn measurements(
     mended: &[Run],
     culprit: usize,
 ) -> Vec<Measurement> {
-    let others = mended
+    let saved = mended
         .iter()
         .enumerate()
-        .filter(|(index, _)| *index != culprit);
-    let saved = others.filter(|(_, run)| !run.fell()).count();
+        .filter(|(index, _)| *index != culprit)
+        .filter(|(_, run)| !run.fell())
+        .count();
     let mut measured = vec![
         Measurement::new("as it is: fell", u32::from(as_it_is.fell())),
         Measurement::new("as it is: push age (ms)", as_it_is.push_age_ms()),

@@ -58,11 +58,11 @@ impl Answers {
         let mut answers = Self::parse(path, file.text.take())?;
         change(&mut answers);
         let text = toml::to_string(&answers).map_err(io::Error::other);
-        let written = text.and_then(|text| file.replace(&text));
-        written.map_err(|cause| AnswersError::Unwritten {
-            path: path.display().to_string(),
-            cause,
-        })?;
+        text.and_then(|text| file.replace(&text))
+            .map_err(|cause| AnswersError::Unwritten {
+                path: path.display().to_string(),
+                cause,
+            })?;
         Ok(answers)
     }
 

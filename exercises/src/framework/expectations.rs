@@ -181,8 +181,10 @@ impl fmt::Display for Expectation {
 impl Check {
     /// Returns whether the measurement exists, has a band, and lies in it.
     pub fn holds(&self) -> bool {
-        let both = self.band.as_ref().zip(self.measured);
-        both.is_some_and(|(band, measured)| band.holds(measured))
+        self.band
+            .as_ref()
+            .zip(self.measured)
+            .is_some_and(|(band, measured)| band.holds(measured))
     }
 }
 

@@ -83,8 +83,9 @@ impl Prediction {
             let whole = !rest.starts_with(char::is_alphanumeric);
             (start.eq_ignore_ascii_case(choice) && whole).then_some(rest)
         };
-        let mut choices = (1_u32..).zip(&brief.choices);
-        let chosen = choices.find_map(|(number, choice)| Some((number, begins(choice)?)));
+        let chosen = (1_u32..)
+            .zip(&brief.choices)
+            .find_map(|(number, choice)| Some((number, begins(choice)?)));
         let (number, reason) =
             chosen.ok_or_else(|| PredictionError::NoNumber(text.to_owned(), expected(brief)))?;
         Self::reasoned(number.into(), reason, brief)
@@ -145,9 +146,9 @@ fn is_reason(text: &str) -> bool {
 fn words(text: &str) -> impl Iterator<Item = &str> {
     let has_case = |c: char| c.is_lowercase() || c.is_uppercase();
     let end = move |c: char| !has_case(c);
-    let written = text.split(|c: char| !c.is_alphabetic());
-    let words = written.flat_map(move |word| word.split_inclusive(end));
-    words.filter(|word| !word.is_empty() && Unit::named(word).is_none())
+    text.split(|c: char| !c.is_alphabetic())
+        .flat_map(move |word| word.split_inclusive(end))
+        .filter(|word| !word.is_empty() && Unit::named(word).is_none())
 }
 
 /// Returns the expected form of a prediction.
@@ -211,8 +212,9 @@ fn convert<'t>(
 /// Returns whether a second number follows the first, as in `5-10` or `5 10`.
 fn goes_on_with_a_number(rest: &str) -> bool {
     let gap = rest.trim_start();
-    let joined = gap.strip_prefix(['-', '–', '/']).map(str::trim_start);
-    let next = joined
+    let next = gap
+        .strip_prefix(['-', '–', '/'])
+        .map(str::trim_start)
         .or_else(|| rest.strip_prefix(['.', ',']))
         .unwrap_or(gap);
     next.starts_with(|c: char| c.is_ascii_digit())

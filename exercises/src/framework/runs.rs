@@ -82,8 +82,10 @@ impl KnobRuns {
 
     /// Returns the number of runs with the pole up at the end.
     pub(crate) fn up(&self) -> usize {
-        let up = self.runs.iter().filter(|run| !run.verdict.is_lost());
-        up.count()
+        self.runs
+            .iter()
+            .filter(|run| !run.verdict.is_lost())
+            .count()
     }
 
     /// Returns whether the pole was up at the end of all runs.
@@ -139,15 +141,17 @@ pub(crate) fn survey<T: ToString, const VALUES: usize>(
     }))
 }
 
-/// Messages of the first topic with a reader, `/obs`, that were dropped in a run.
+/// Returns the messages of the first topic with a reader, `/obs`, that were dropped in a run.
 pub(crate) fn obs_dropped(run: &CellResult) -> u64 {
     run.dropped.first().copied().unwrap_or_default()
 }
 
 /// Of trials in their order, the last that holds and the first that does not.
 pub(crate) fn edge<T>(trials: &[T], holds: impl Fn(&T) -> bool) -> Result<(&T, &T), Failure> {
-    let mut pairs = trials.iter().zip(trials.iter().skip(1));
-    let edge = pairs.find(|(one, next)| holds(one) && !holds(next));
+    let edge = trials
+        .iter()
+        .zip(trials.iter().skip(1))
+        .find(|(one, next)| holds(one) && !holds(next));
     edge.ok_or_else(|| Failure::Unmeasured("nothing held and then failed".to_owned()))
 }
 

@@ -48,8 +48,10 @@ impl OfCause {
 }
 
 fn lawful(seed: u64) -> Result<Vec<OfCause>, Failure> {
-    let causes = AgeCause::LAWFUL.into_iter();
-    causes.map(|cause| OfCause::measure(cause, seed)).collect()
+    AgeCause::LAWFUL
+        .into_iter()
+        .map(|cause| OfCause::measure(cause, seed))
+        .collect()
 }
 
 /// Returns the age that has the fewest of all runs on the wrong side (ms).

@@ -138,11 +138,13 @@ fn slow_phases(session: &RescueSession<'_>) -> Vec<SlowPhase> {
 /// Returns the rates of the policy, each with the run time from which it is in force: `first`, and
 /// the rates that `events` brought.
 pub(super) fn control_rates(first: Hz, events: &[Event]) -> impl Iterator<Item = (Time, Hz)> {
-    let turned = events.iter().filter_map(Event::knob);
-    let changes = turned.filter_map(|timed| match timed.knob {
-        Knob::Rate { node, hz } if node == POLICY => Some((timed.at, hz)),
-        _ => None,
-    });
+    let changes = events
+        .iter()
+        .filter_map(Event::knob)
+        .filter_map(|timed| match timed.knob {
+            Knob::Rate { node, hz } if node == POLICY => Some((timed.at, hz)),
+            _ => None,
+        });
     std::iter::once((Time::ZERO, first)).chain(changes)
 }
 
@@ -200,8 +202,10 @@ impl<'a> Attempt<'a> {
             .slow_phase
             .until
             .map_or(Time::MAX, |until| until + AFTERMATH);
-        let mut pairs = self.steps.windows(2);
-        let crossing = pairs.find(|pair| is_safe(&pair[0]) && !is_safe(&pair[1]))?;
+        let crossing = self
+            .steps
+            .windows(2)
+            .find(|pair| is_safe(&pair[0]) && !is_safe(&pair[1]))?;
         Some(crossing[1].stamp).filter(|at| *at <= latest)
     }
 
@@ -214,8 +218,9 @@ impl<'a> Attempt<'a> {
     }
 
     fn is_gapless(&self) -> bool {
-        let mut pairs = self.steps.windows(2);
-        pairs.all(|pair| pair[1].data.step == pair[0].data.step + 1)
+        self.steps
+            .windows(2)
+            .all(|pair| pair[1].data.step == pair[0].data.step + 1)
     }
 
     /// Returns the first moment after `from` with the required time out of danger after it.
@@ -236,8 +241,9 @@ impl<'a> Attempt<'a> {
 
     /// Returns the fall of the pole, or else `failure`.
     fn fell_or(&self, failure: RescueFailure) -> RescueFailure {
-        let fall = self.fell.map(|at| RescueFailure::Survival { at });
-        fall.unwrap_or(failure)
+        self.fell
+            .map(|at| RescueFailure::Survival { at })
+            .unwrap_or(failure)
     }
 }
 

@@ -171,8 +171,7 @@ impl RescueTry {
 
     /// Returns the run time at which the pole was last out of the safe range.
     fn last_danger(&self) -> Time {
-        let mut steps = self.steps.iter().rev();
-        let last = steps.find(|step| !is_safe(step));
+        let last = self.steps.iter().rev().find(|step| !is_safe(step));
         last.map_or(Time::ZERO, |step| step.stamp)
     }
 }

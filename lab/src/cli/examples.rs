@@ -13,12 +13,12 @@ const OF_COMMANDS: &str = include_str!("examples.txt");
 /// Returns the lines of the command called `name`; empty for the program itself.
 fn lines_for(name: &str) -> impl Iterator<Item = &'static str> {
     let heading = format!("[{name}]");
-    let lines = OF_COMMANDS
+    OF_COMMANDS
         .lines()
         .skip_while(move |line| *line != heading)
         .skip(1)
-        .take_while(|line| !line.starts_with('['));
-    lines.filter(|line| !line.is_empty())
+        .take_while(|line| !line.starts_with('['))
+        .filter(|line| !line.is_empty())
 }
 
 /// Adds to `command` the examples whose options it has.
@@ -32,8 +32,8 @@ pub fn add(command: Command) -> Command {
     };
     let lines: Vec<String> = lines_for(name)
         .filter(|line| {
-            let mut words = line.split_whitespace();
-            words.all(|word| word.strip_prefix("--").is_none_or(known))
+            line.split_whitespace()
+                .all(|word| word.strip_prefix("--").is_none_or(known))
         })
         .map(|line| format!("  {}", line.replace("ratelab", &program)))
         .collect();

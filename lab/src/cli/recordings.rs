@@ -175,7 +175,7 @@ pub fn with_look(program: &Program, args: impl IntoIterator<Item = OsString>) ->
     args
 }
 
-/// Whether `path` has the ending of a bag, or is a folder with a file that has one.
+/// Returns whether `path` has the ending of a bag, or is a folder with a file that has one.
 fn is_bag(path: &PathBuf) -> bool {
     let has_ending = |path: &PathBuf| {
         let ending = path.extension().map(|ending| ending.to_string_lossy());

@@ -66,27 +66,32 @@ pub fn with_run_options(command: Command, program: &Program) -> Command {
 /// Adds the system's options before the options of `command`: a list for each alias.
 pub fn with_axes(command: Command, program: &Program) -> Command {
     let knobs = program.knobs();
-    let aliases = program.system.knobs().aliases().iter().enumerate();
-    let options = aliases.map(|(place, alias)| {
-        let what = match alias.kind() {
-            KnobKind::Rate => "a list or a range (Hz), such as 1..30",
-            KnobKind::Depth => "a list or a range",
-            kind if kind.is_time() => "several with commas in between",
-            _ => "several with commas in between (a comma in one is \\,)",
-        };
-        let help = format!("{}; {what}", alias.help);
-        let read = move |text: &str| SweepAxis::parse(knobs, alias.name, text);
-        let default = match (place, alias.kind()) {
-            (0, KnobKind::Rate) => DEFAULT_RATES,
-            _ => alias.default,
-        };
-        let option = option(alias, program, &help, default).value_name("LIST");
-        let action = match alias.kind() {
-            KnobKind::Send => ArgAction::Append,
-            _ => ArgAction::Set,
-        };
-        option.action(action).value_parser(read)
-    });
+    let options = program
+        .system
+        .knobs()
+        .aliases()
+        .iter()
+        .enumerate()
+        .map(|(place, alias)| {
+            let what = match alias.kind() {
+                KnobKind::Rate => "a list or a range (Hz), such as 1..30",
+                KnobKind::Depth => "a list or a range",
+                kind if kind.is_time() => "several with commas in between",
+                _ => "several with commas in between (a comma in one is \\,)",
+            };
+            let help = format!("{}; {what}", alias.help);
+            let read = move |text: &str| SweepAxis::parse(knobs, alias.name, text);
+            let default = match (place, alias.kind()) {
+                (0, KnobKind::Rate) => DEFAULT_RATES,
+                _ => alias.default,
+            };
+            let option = option(alias, program, &help, default).value_name("LIST");
+            let action = match alias.kind() {
+                KnobKind::Send => ArgAction::Append,
+                _ => ArgAction::Set,
+            };
+            option.action(action).value_parser(read)
+        });
     let command = in_front(options.collect(), command);
     if !program.course {
         return command;
@@ -119,8 +124,11 @@ fn option(alias: &'static Alias, program: &Program, help: &str, default: &str) -
 
 /// Returns whether the messages of `alias` may name a file.
 fn takes_files(alias: &Alias, program: &Program) -> bool {
-    let mut nodes = alias.knobs.iter().map(|(_, node)| node);
-    nodes.any(|node| program.system.knobs().file(node, "file").is_some())
+    alias
+        .knobs
+        .iter()
+        .map(|(_, node)| node)
+        .any(|node| program.system.knobs().file(node, "file").is_some())
 }
 
 fn flag(name: &'static str, help: String) -> Arg {

@@ -77,8 +77,9 @@ fn split_node<'t>(text: &'t str, value_name: &str) -> Result<(&'t str, &'t str),
     let parts = text
         .split_once('=')
         .map(|(node, value)| (node.trim(), value));
-    let named = parts.filter(|(node, _)| !node.is_empty());
-    named.ok_or_else(|| ValueError::NodeValue(value_name.to_owned()))
+    parts
+        .filter(|(node, _)| !node.is_empty())
+        .ok_or_else(|| ValueError::NodeValue(value_name.to_owned()))
 }
 
 pub fn speed(text: &str) -> Result<Speed, ValueError> {

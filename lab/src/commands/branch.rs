@@ -18,7 +18,7 @@ use crate::{
     summary::{ages, text},
 };
 
-/// Where and how the branch leaves the recorded run.
+/// Returns where and how the branch leaves the recorded run.
 fn departure(program: &Program, args: &BranchArgs) -> Result<Departure, Error> {
     if let Some(end) = args.duration_s.filter(|end| *end <= args.at) {
         return Err(Error::BadInput(format!(

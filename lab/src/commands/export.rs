@@ -158,8 +158,7 @@ fn refuse_strangers(program: &Program, recordings: &[Arc<Recording>]) -> Result<
 /// Returns the first of the system's settings in which the recordings differ.
 fn differing(system: &dyn System, recordings: &[Arc<Recording>]) -> Option<&'static Alias> {
     let value = |alias: &Alias, of: &Recording| alias.value(&of.origin.config.setup);
-    let mut aliases = system.knobs().aliases().iter();
-    aliases.find(|alias| {
+    system.knobs().aliases().iter().find(|alias| {
         let mut values = recordings.iter().map(|recording| value(alias, recording));
         let first = values.next();
         values.any(|other| Some(other) != first)

@@ -53,7 +53,7 @@ struct Row {
     data: Vec<u8>,
 }
 
-/// The tables as MCAP, of a run that went on until the run time `until` (ns).
+/// Returns the tables as MCAP, of a run that went on until the run time `until` (ns).
 fn encoded(tables: &RunTables, until: u64) -> Result<Vec<u8>, McapError> {
     let mut file = Cursor::new(Vec::new());
     let mut writer = Writer::new(&mut file)?;
@@ -96,7 +96,7 @@ fn encoded(tables: &RunTables, until: u64) -> Result<Vec<u8>, McapError> {
     Ok(file.into_inner())
 }
 
-/// A channel of rows with these `columns`.
+/// Returns a channel of rows with these `columns`.
 fn channel(number: usize, topic: String, columns: &[String]) -> Arc<Channel<'static>> {
     let id = number as u16 + 1;
     let time = json!({
@@ -125,11 +125,12 @@ fn channel(number: usize, topic: String, columns: &[String]) -> Arc<Channel<'sta
     })
 }
 
-/// A row as JSON, the row of a message with its header stamp first; `None` without a time.
+/// Returns a row as JSON, the row of a message with its header stamp first; `None` without a time.
 fn row(columns: &[String], cells: &[String], channel: usize) -> Option<Row> {
     let cell = |name: &str| {
-        let mut pairs = columns.iter().zip(cells);
-        pairs
+        columns
+            .iter()
+            .zip(cells)
             .find(|(column, _)| *column == name)
             .map(|(_, cell)| cell)
     };

@@ -62,14 +62,20 @@ fn note_overload(sweep: &Sweep, cells: usize) {
         .find_map(|cell| {
             let mut setup = settings.clone();
             setup.extend(sweep.config(&cell).setup.iter().cloned());
-            let warnings = sweep.system.warnings(&setup).into_iter();
-            let warning = warnings.chain(sweep.system.overloads(&setup)).next()?;
-            let values = cell
-                .values
-                .iter()
-                .filter(|value| !value.knobs.is_empty())
-                .map(|value| format!("{} {}: ", value.axis, value.text));
-            Some(values.collect::<String>() + &warning)
+            let warning = sweep
+                .system
+                .warnings(&setup)
+                .into_iter()
+                .chain(sweep.system.overloads(&setup))
+                .next()?;
+            Some(
+                cell.values
+                    .iter()
+                    .filter(|value| !value.knobs.is_empty())
+                    .map(|value| format!("{} {}: ", value.axis, value.text))
+                    .collect::<String>()
+                    + &warning,
+            )
         });
     overload.iter().for_each(|text| note(text));
 }

@@ -10,27 +10,28 @@ use crate::{
     program::{self, command_line},
 };
 
-/// The command line of this process.
+/// Returns the command line of this process.
 pub fn this_one() -> String {
     command_line(with_name(given()))
 }
 
-/// The command line of `up`, of which this process is the child for the first part.
+/// Returns the command line of `up`, of which this process is the child for the first part.
 pub fn up_line() -> String {
     let hidden = HashMap::from([("part".to_owned(), 2)]);
     command_line(with_name(without(given(), &hidden)))
 }
 
-/// The command line of a process for one `part` of `up`, of which this process is the child: that of
+/// Returns the command line of a process for one `part` of `up`, of which this process is the
+/// child: that of
 /// `up`, without what `node` does not know.
 pub fn part_line(part: &str, address: &str) -> String {
     command_line(with_name(part_of(given(), part, address)))
 }
 
-/// The words of the command line of this process, without its name.
+/// Returns the words of the command line of this process, without its name.
 fn given() -> Vec<String> {
-    let words = env::args_os().skip(1);
-    words
+    env::args_os()
+        .skip(1)
         .map(|word| word.to_string_lossy().into_owned())
         .collect()
 }
@@ -39,7 +40,7 @@ fn with_name(words: Vec<String>) -> impl Iterator<Item = String> {
     [program::name()].into_iter().chain(words)
 }
 
-/// The words of `up` as those of `node`.
+/// Returns the words of `up` as those of `node`.
 fn part_of(words: Vec<String>, part: &str, address: &str) -> Vec<String> {
     let of_node = longs(NodeArgs::augment_args(Command::new("node")));
     let mut strange = longs(UpArgs::augment_args(Command::new("up")));
@@ -55,7 +56,7 @@ fn part_of(words: Vec<String>, part: &str, address: &str) -> Vec<String> {
     words
 }
 
-/// The options of `command`, with the number of their values.
+/// Returns the options of `command`, with the number of their values.
 fn longs(mut command: Command) -> HashMap<String, usize> {
     command.build();
     let arguments = command.get_arguments();
@@ -68,7 +69,7 @@ fn longs(mut command: Command) -> HashMap<String, usize> {
     longs.collect()
 }
 
-/// The `words` without these options and their values.
+/// Returns the `words` without these options and their values.
 fn without(words: Vec<String>, options: &HashMap<String, usize>) -> Vec<String> {
     let (mut kept, mut words) = (Vec::new(), words.into_iter());
     while let Some(word) = words.next() {
@@ -85,7 +86,7 @@ fn without(words: Vec<String>, options: &HashMap<String, usize>) -> Vec<String> 
     kept
 }
 
-/// The option for the address of the process that listens, unless it is the usual one.
+/// Returns the option for the address of the process that listens, unless it is the usual one.
 fn connect(address: &str) -> Vec<String> {
     if address == USUAL {
         return Vec::new();

@@ -100,13 +100,13 @@ pub fn check_ros(program: &Program, args: &RosArgs) -> Result<(), Error> {
     Ok(())
 }
 
-/// The whole graph.
+/// Returns the whole graph.
 pub fn topology(program: &Program, config: &Config) -> Result<Topology, Error> {
     let whole = Experiment::new(program.system.clone(), config)?;
     Ok(whole.observer().topology())
 }
 
-/// The configuration, with the watchdog of the system unless there is another.
+/// Returns the configuration, with the watchdog of the system unless there is another.
 pub fn config(program: &Program, args: &GraphArgs) -> Result<Config, Error> {
     if args.clock == Some(ClockArg::Virtual) || args.like.is_some() {
         let why = "several processes share the wall's time: leave --clock and --like out";
@@ -124,7 +124,7 @@ pub fn config(program: &Program, args: &GraphArgs) -> Result<Config, Error> {
     Ok(config)
 }
 
-/// The settings of the connection: the first node of the graph listens by default.
+/// Returns the settings of the connection: the first node of the graph listens by default.
 fn settings(args: &NetworkArgs, is_first: bool) -> Settings {
     let usual = || vec![USUAL.to_owned()];
     let end = match (args.listen.as_slice(), args.connect.as_slice()) {
@@ -154,8 +154,10 @@ fn record(
         nodes: here.to_vec(),
         error_ns: Some(0),
     }];
-    let begun = destination.map(|destination| Recorder::from_the_start(destination, &source));
-    begun.transpose().map_err(record_error)
+    destination
+        .map(|destination| Recorder::from_the_start(destination, &source))
+        .transpose()
+        .map_err(record_error)
 }
 
 /// Runs to the end and prints the summary; returns whether the run is lost.
@@ -179,8 +181,10 @@ fn run_once(
     });
     let summary = outcome?;
     let topology = observer.topology();
-    let mut topics = topology.topics.iter();
-    let state = topics.find(|topic| Some(&*topic.name) == system.state());
+    let state = topology
+        .topics
+        .iter()
+        .find(|topic| Some(&*topic.name) == system.state());
     let is_here = |node: &usize| here.contains(&topology.nodes[*node].name);
     let states_here = state.is_none_or(|topic| topic.publishers.iter().any(is_here));
     let context = ReportContext {
@@ -200,8 +204,8 @@ fn run_once(
     Ok(is_lost)
 }
 
-/// The summary without readers of topics that neither begin nor end at nodes that `are_here`: their
-/// messages go past this process, so it cannot say how many there were.
+/// Returns the summary without readers of topics that neither begin nor end at nodes that
+/// `are_here`: their messages go past this process, so it cannot say how many there were.
 fn seen_here(mut summary: Summary, are_here: impl Fn(&usize) -> bool) -> Summary {
     for topic in &mut summary.topics {
         let is_seen = topic.publishers.iter().any(&are_here)
@@ -213,7 +217,7 @@ fn seen_here(mut summary: Summary, are_here: impl Fn(&usize) -> bool) -> Summary
     summary
 }
 
-/// What the nodes of a process without the plant did.
+/// Returns what the nodes of a process without the plant did.
 fn ticks(summary: &Summary, here: &[String]) -> String {
     let nodes: Vec<String> = summary
         .nodes
@@ -225,7 +229,7 @@ fn ticks(summary: &Summary, here: &[String]) -> String {
     text::line("nodes", &text)
 }
 
-/// A line for each topic that arrived here, with its counters of the run that `observer`
+/// Returns a line for each topic that arrived here, with its counters of the run that `observer`
 /// reads.
 fn traffic(bridge: &Bridge, observer: &Observer) -> Vec<String> {
     let snapshot = observer.snapshot();
@@ -241,7 +245,7 @@ fn traffic(bridge: &Bridge, observer: &Observer) -> Vec<String> {
     lines.collect()
 }
 
-/// The refused messages by reason; those from before the run are none of it.
+/// Returns the refused messages by reason; those from before the run are none of it.
 fn refused(inlet: &Inlet) -> String {
     let counts: Vec<String> = inlet
         .refused
@@ -257,7 +261,8 @@ fn refused(inlet: &Inlet) -> String {
     }
 }
 
-/// The messages that its link lost or that were evicted unread, and the ages of those that were read.
+/// Returns the messages that its link lost or that were evicted unread, and the ages of those that
+/// were read.
 fn reads(topic: &TopicAccount) -> String {
     let mut text = match topic.lost {
         0 => String::new(),

@@ -110,7 +110,7 @@ fn show_all(
     if ended_before { ended } else { Ok(()) }
 }
 
-/// The summary of the last of several runs.
+/// Returns the summary of the last of several runs.
 fn last_summary(printed: &str) -> &str {
     let begins = printed.rfind("\nclock ").map_or(0, |before| before + 1);
     printed[begins..].trim_end()
@@ -147,7 +147,7 @@ impl ChildProcess {
         })
     }
 
-    /// Whether it has ended.
+    /// Returns whether it has ended.
     fn has_ended(&self) -> bool {
         self.ended.as_ref().is_none_or(JoinHandle::is_finished)
     }
@@ -179,15 +179,16 @@ impl Drop for ChildProcess {
     }
 }
 
-/// A port that is free; the `asked` one, unless that is `None`.
+/// Returns a port that is free; the `asked` one, unless that is `None`.
 fn free_port(asked: Option<u16>) -> Result<u16, Error> {
     let port = asked.unwrap_or(USUAL_PORT);
-    let tried = TcpListener::bind(("127.0.0.1", port)).and_then(|free| free.local_addr());
-    let port = tried.map(|address| address.port());
-    port.map_err(|why| {
-        Error::BadInput(format!(
-            "--port {}: {why}: try another, or 0 for any",
-            asked.unwrap_or(USUAL_PORT)
-        ))
-    })
+    TcpListener::bind(("127.0.0.1", port))
+        .and_then(|free| free.local_addr())
+        .map(|address| address.port())
+        .map_err(|why| {
+            Error::BadInput(format!(
+                "--port {}: {why}: try another, or 0 for any",
+                asked.unwrap_or(USUAL_PORT)
+            ))
+        })
 }

@@ -16,15 +16,17 @@ struct ComparedChain<'a> {
     p99: Option<f64>,
 }
 
-/// The chains with ages of a bag.
+/// Returns the chains with ages of a bag.
 fn compared<'a>(
     system: &'a dyn System,
     summary: &'a Summary,
 ) -> impl Iterator<Item = ComparedChain<'a>> {
     let chains = system.about().chains.iter();
     chains.filter_map(|chain| {
-        let mut ages = summary.ages.iter();
-        let age = ages.find(|age| age.chain.as_deref() == Some(chain.name()));
+        let age = summary
+            .ages
+            .iter()
+            .find(|age| age.chain.as_deref() == Some(chain.name()));
         Some(ComparedChain {
             chain,
             bag: chain.bag.as_ref()?,
@@ -34,12 +36,12 @@ fn compared<'a>(
     })
 }
 
-/// How much more `here` is than in the `bag` (percent).
+/// Returns how much more `here` is than in the `bag` (percent).
 fn change(here: f64, bag: f64) -> f64 {
     (here - bag) / bag * 1e2
 }
 
-/// A line for each chain with ages of a bag.
+/// Returns a line for each chain with ages of a bag.
 pub fn lines(system: &dyn System, summary: &Summary) -> Vec<(&'static str, String)> {
     let line = |of: ComparedChain<'_>| {
         let figure = |name: &str, here: Option<f64>, bag: Option<f64>| {
@@ -69,7 +71,7 @@ pub fn lines(system: &dyn System, summary: &Summary) -> Vec<(&'static str, Strin
     compared(system, summary).map(line).collect()
 }
 
-/// The same for programs; `None` without a bag.
+/// Returns the same for programs; `None` without a bag.
 pub fn json(digits: Digits, system: &dyn System, summary: &Summary) -> Option<Value> {
     let chains = compared(system, summary).map(|of| {
         let BagAges {

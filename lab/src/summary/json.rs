@@ -138,18 +138,21 @@ pub fn finals(
     at: Time,
     state: &[f64],
 ) -> impl Iterator<Item = (String, Value)> {
-    let finals = system.judge().finals_at(at, state).into_iter();
-    finals.flat_map(move |figure| {
-        let with_unit = key(&format!("{} {}", figure.name, figure.unit));
-        let value = if figure.unit.is_empty() {
-            figure.value
-        } else {
-            digits.round(figure.value)
-        };
-        // The name alone goes with a later version.
-        let names = [with_unit, figure.name.into_owned()];
-        names.map(|name| (name, json!(value)))
-    })
+    system
+        .judge()
+        .finals_at(at, state)
+        .into_iter()
+        .flat_map(move |figure| {
+            let with_unit = key(&format!("{} {}", figure.name, figure.unit));
+            let value = if figure.unit.is_empty() {
+                figure.value
+            } else {
+                digits.round(figure.value)
+            };
+            // The name alone goes with a later version.
+            let names = [with_unit, figure.name.into_owned()];
+            names.map(|name| (name, json!(value)))
+        })
 }
 
 /// Adds the system's own `figures`, each block as an object.
@@ -202,8 +205,10 @@ fn system_keys(digits: Digits, system: &dyn System, summary: &Summary) -> Map<St
 
 fn wall_keys(digits: Digits, summary: &Summary, context: &ReportContext) -> Map<String, Value> {
     let of_nodes = |figure: fn(&NodeAccount) -> &Distribution| {
-        let nodes = summary.nodes.iter();
-        let figures = nodes.map(|node| (node.name.to_string(), milliseconds(digits, figure(node))));
+        let figures = summary
+            .nodes
+            .iter()
+            .map(|node| (node.name.to_string(), milliseconds(digits, figure(node))));
         figures.collect::<Map<_, _>>()
     };
     object(json!({

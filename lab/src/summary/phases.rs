@@ -90,7 +90,7 @@ impl PhaseSpread {
         Error::if_stopped(self.runs, self.asked, "runs at other phases")
     }
 
-    /// Lines for people.
+    /// Returns lines for people.
     pub fn lines(&self) -> Vec<(&'static str, String)> {
         let mut text = format!("{} by seed {}", self.runs, self.seed);
         if let Some([least, median, greatest]) = self.spread() {

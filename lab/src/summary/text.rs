@@ -236,8 +236,11 @@ fn in_turn(mut values: Vec<String>) -> String {
 const MAX_IN_TURN: usize = 5;
 
 fn aliases_of_kind(system: &dyn System, kind: KnobKind) -> impl Iterator<Item = &'static Alias> {
-    let aliases = system.knobs().aliases().iter();
-    aliases.filter(move |alias| alias.kind() == kind)
+    system
+        .knobs()
+        .aliases()
+        .iter()
+        .filter(move |alias| alias.kind() == kind)
 }
 
 /// Returns the rates, each with the values that it had in turn, and the depths. Of a rate that went
@@ -269,8 +272,9 @@ fn rates(system: &dyn System, summary: &Summary) -> String {
     let depths = aliases_of_kind(system, KnobKind::Depth)
         .map(|alias| format!("{} {}", label(alias.name), alias.value(setup)));
     let named = |topic: &str| {
-        let mut knobs = aliases_of_kind(system, KnobKind::Depth).flat_map(|alias| alias.knobs);
-        knobs.any(|(_, of)| *of == topic)
+        aliases_of_kind(system, KnobKind::Depth)
+            .flat_map(|alias| alias.knobs)
+            .any(|(_, of)| *of == topic)
     };
     let others = setup.iter().filter_map(|knob| match knob {
         Knob::Depth { topic, depth } if !named(topic) => Some(format!("{topic} depth {depth}")),
@@ -374,8 +378,10 @@ fn latencies(system: &dyn System, summary: &Summary) -> Vec<(&'static str, Strin
         .chain_latencies(system)
         .map(|(chain, latency)| latency_of(chain, latency));
     let texts = latency(system, summary).into_iter().chain(others);
-    let names = iter::once("latency").chain(iter::repeat(""));
-    names.zip(texts).collect()
+    iter::once("latency")
+        .chain(iter::repeat(""))
+        .zip(texts)
+        .collect()
 }
 
 /// Returns a latency in words.

@@ -53,8 +53,12 @@ impl AgeTable {
         }
         let bins = self.by_age.bins(self.width_s);
         let count = |held, runs| format!("{held} of {runs}");
-        let counts = bins.iter().map(|bin| count(bin.held, bin.runs).len());
-        let wide = counts.max().unwrap_or(0).max(self.good.len());
+        let wide = bins
+            .iter()
+            .map(|bin| count(bin.held, bin.runs).len())
+            .max()
+            .unwrap_or(0)
+            .max(self.good.len());
         let mut lines = vec![format!("{:>9}  {:>wide$}", "age ms", self.good)];
         for bin in &bins {
             let range = format!("{:.0}..{:.0}", bin.from_s * 1e3, bin.to_s * 1e3);

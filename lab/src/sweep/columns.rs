@@ -68,12 +68,17 @@ impl Column {
             return false;
         };
         let turns = |knob: &Knob| {
-            let mut knobs = alias.knobs.iter();
-            knobs.any(|(kind, of)| knob.kind() == *kind && knob.subject() == *of)
+            alias
+                .knobs
+                .iter()
+                .any(|(kind, of)| knob.kind() == *kind && knob.subject() == *of)
         };
-        let others = sweep.axes.iter().filter(|axis| axis.name != self.name);
-        let mut values = others.filter_map(|axis| axis.values.first());
-        values.any(|value| value.knobs.iter().any(turns))
+        sweep
+            .axes
+            .iter()
+            .filter(|axis| axis.name != self.name)
+            .filter_map(|axis| axis.values.first())
+            .any(|value| value.knobs.iter().any(turns))
     }
 
     /// Returns the value in `cell`.
@@ -179,8 +184,7 @@ impl PartColumn {
         let ns = match &self.part {
             None => age.mean_ns,
             Some((key, owner)) => {
-                let mut parts = age.parts.iter();
-                let part = parts.find(|part| part.is(key, owner));
+                let part = age.parts.iter().find(|part| part.is(key, owner));
                 part.map_or(0, |part| part.ns)
             }
         };

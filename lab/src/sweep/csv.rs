@@ -33,7 +33,7 @@ const AGES: &str = "mean_push_age_s,late_push_age_s";
 /// seconds go with a later version.
 const IN_MS: [&str; 3] = ["mean_latency_ms", "mean_push_age_ms", "late_push_age_ms"];
 
-/// Names and units of the first columns, by which a file is known as a table of this sweep.
+/// Returns the names and units of the first columns, by which a file is known as a table of this sweep.
 pub fn header(sweep: &Sweep, topics: &[String]) -> String {
     let knobs = knob_columns(sweep).into_iter();
     let dropped = topics.iter().map(|topic| format!("{}_dropped", key(topic)));

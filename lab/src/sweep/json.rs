@@ -83,8 +83,7 @@ fn run(summary: &SweepSummary, topics: &[String], cell: &Cell, outcome: &CellRes
 }
 
 fn conditions(sweep: &Sweep, cell: &Cell) -> Map<String, Value> {
-    let columns = knob_columns(sweep).into_iter();
-    let values = columns.map(|column| {
+    let values = knob_columns(sweep).into_iter().map(|column| {
         let value = value(column.kind, &column.short(sweep, cell));
         (key(&column.name), value)
     });

@@ -110,9 +110,12 @@ impl SweepTimeline {
     fn new(summary: &SweepSummary) -> Self {
         let name = key(&summary.main.name);
         let fits = |units: f64| {
-            let values = summary.rows().iter().map(RowSummary::number);
-            let mut numbers = values.filter(|value| !value.is_nan());
-            numbers.all(|value| (value * units).fract() == 0.0)
+            summary
+                .rows()
+                .iter()
+                .map(RowSummary::number)
+                .filter(|value| !value.is_nan())
+                .all(|value| (value * units).fract() == 0.0)
         };
         let suffixes = match summary.main.kind {
             KnobKind::Rate => ["hz", "millihz", "microhz"],

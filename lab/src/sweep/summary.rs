@@ -66,11 +66,13 @@ pub struct SweepGrid<'s> {
 impl SweepGrid<'_> {
     /// Returns the width of the names and the heading (characters).
     pub fn wide(&self) -> usize {
-        let names = self.groups.iter().map(|(name, _)| name);
-        let widths = names
+        self.groups
+            .iter()
+            .map(|(name, _)| name)
             .chain([&self.heading])
-            .map(|name| name.chars().count());
-        widths.max().unwrap_or(0)
+            .map(|name| name.chars().count())
+            .max()
+            .unwrap_or(0)
     }
 }
 
@@ -130,12 +132,13 @@ impl SweepSummary {
         let within = self
             .groups()
             .flat_map(|rows| rows.iter().zip(rows.iter().skip(1)));
-        let groups = self.groups().zip(self.groups().skip(1));
-        let between = groups
+        let between = self
+            .groups()
+            .zip(self.groups().skip(1))
             .filter(|_| self.is_plane())
             .flat_map(|(rows, next)| rows.iter().zip(next));
-        let neighbours = within.chain(between);
-        neighbours
+        within
+            .chain(between)
             .filter_map(|(row, next)| row.edge(next))
             .collect()
     }
@@ -143,8 +146,13 @@ impl SweepSummary {
     /// Returns whether the groups differ in one thing only, so that groups that follow each other
     /// are neighbours.
     pub fn is_plane(&self) -> bool {
-        let several = self.sweep.axes.iter().filter(|axis| axis.values.len() > 1);
-        several.filter(|axis| axis.name != self.main.name).count() == 1
+        self.sweep
+            .axes
+            .iter()
+            .filter(|axis| axis.values.len() > 1)
+            .filter(|axis| axis.name != self.main.name)
+            .count()
+            == 1
     }
 
     /// Returns the values that distinguish a group from the others.
@@ -163,12 +171,13 @@ impl SweepSummary {
         let Some(row) = rows.first() else {
             return String::new();
         };
-        let columns = columns::knob_columns(&self.sweep).into_iter();
-        let slower = columns.filter(|column| column.name != self.main.name && wanted(column));
-        let parts = slower.map(|column| {
-            let value = column.short(&self.sweep, &row.survival.cell);
-            column.tag(&told(&column, value))
-        });
+        let parts = columns::knob_columns(&self.sweep)
+            .into_iter()
+            .filter(|column| column.name != self.main.name && wanted(column))
+            .map(|column| {
+                let value = column.short(&self.sweep, &row.survival.cell);
+                column.tag(&told(&column, value))
+            });
         parts.collect::<Vec<_>>().join(" ")
     }
 

@@ -96,8 +96,10 @@ impl RunTables {
     /// Returns a table as text.
     pub fn text(&self, subject: TableSubject) -> String {
         let rows = self.rows(subject).into_iter().map(row_of);
-        let lines = [self.header(subject)].into_iter().chain(rows);
-        lines.fold(String::new(), |text, line| text + &line + "\n")
+        [self.header(subject)]
+            .into_iter()
+            .chain(rows)
+            .fold(String::new(), |text, line| text + &line + "\n")
     }
 
     /// Returns the cells of a table, row by row.
@@ -151,8 +153,10 @@ fn apart(names: Vec<String>) -> Vec<String> {
     for name in names {
         let name = key(&name);
         let others = (2..).map(|number| format!("{name}_{number}"));
-        let mut candidates = [name.clone()].into_iter().chain(others);
-        let free = candidates.find(|name| !known.contains(name));
+        let free = [name.clone()]
+            .into_iter()
+            .chain(others)
+            .find(|name| !known.contains(name));
         known.extend(free);
     }
     known

@@ -33,8 +33,11 @@ impl RunTables {
             .into_iter()
             .flat_map(|topic| READS.map(|what| format!("read {} {what}", topics[topic].name)));
         let acts = if self.acts(node) { &ACTS[..] } else { &[] };
-        let columns = owned(&NODE_COLUMNS).into_iter().chain(reads);
-        columns.chain(owned(acts)).collect()
+        owned(&NODE_COLUMNS)
+            .into_iter()
+            .chain(reads)
+            .chain(owned(acts))
+            .collect()
     }
 
     /// Returns the topics that a node reads, by their indices, as far as they are recorded.
@@ -54,8 +57,9 @@ impl RunTables {
 
     /// Returns whether a node acts on the world.
     fn acts(&self, node: usize) -> bool {
-        let mut ticks = self.recording.ticks[node].iter();
-        ticks.any(|tick| tick.push.is_some())
+        self.recording.ticks[node]
+            .iter()
+            .any(|tick| tick.push.is_some())
     }
 
     /// Returns the ticks of a node.
@@ -139,8 +143,7 @@ const UNITS: [(&str, &str, f64); 3] = [
 
 /// Returns the name of a number in the tables, and by what it is divided.
 fn converted(name: &str) -> (String, f64) {
-    let mut units = UNITS.into_iter();
-    let known = units.find_map(|(end, other, divisor)| {
+    let known = UNITS.into_iter().find_map(|(end, other, divisor)| {
         let of = name.strip_suffix(end)?;
         let whole_words = of.is_empty() || of.ends_with(' ');
         whole_words.then(|| (format!("{of}{other}"), divisor))
@@ -175,8 +178,10 @@ impl RunTables {
     /// Returns the messages of a topic.
     pub(super) fn messages(&self, topic: usize) -> Vec<Vec<String>> {
         let rows = self.recording.topics[topic].iter();
-        let names = self.recording.fields[topic].iter();
-        let divisors: Vec<f64> = names.map(|name| converted(name).1).collect();
+        let divisors: Vec<f64> = self.recording.fields[topic]
+            .iter()
+            .map(|name| converted(name).1)
+            .collect();
         let all_divisors = divisors.iter().copied().chain(iter::repeat(1.0));
         rows.map(|(head, numbers)| {
             self.head(topic, head)

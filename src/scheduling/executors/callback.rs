@@ -21,7 +21,7 @@ pub struct Callback {
 }
 
 impl Callback {
-    /// The node called `node`, in a group of its own.
+    /// Creates the node called `node`, in a group of its own.
     pub fn new(node: impl Into<String>) -> Self {
         Self {
             node: node.into(),
@@ -37,7 +37,7 @@ impl Callback {
         Self { group, ..self }
     }
 
-    /// The name of its mutually exclusive group, if it is in one.
+    /// Returns the name of its mutually exclusive group, if it is in one.
     pub fn group_name(&self) -> Option<&str> {
         self.group.as_deref()
     }
@@ -50,7 +50,7 @@ impl Callback {
         Self { group, ..self }
     }
 
-    /// Its deadline relative to the release, if one is given.
+    /// Returns its deadline relative to the release, if one is given.
     pub fn deadline(&self) -> Option<Duration> {
         self.deadline
     }

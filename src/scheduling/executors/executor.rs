@@ -147,22 +147,23 @@ pub struct Executor {
 }
 
 impl Executor {
-    /// Its kind.
+    /// Returns its kind.
     pub fn kind(&self) -> &'static ExecutorKind {
         &KINDS[self.kind]
     }
 
-    /// Number of the threads or cores that its nodes share; `None` if each has a core of its own.
+    /// Returns the number of the threads or cores that its nodes share; `None` if each has a core of
+    /// its own.
     pub fn shares(&self) -> Option<usize> {
         self.kind().order.map(|_| self.number)
     }
 
-    /// Its threads under the real clock.
+    /// Returns its threads under the real clock.
     pub(crate) fn threads(&self) -> Threads {
         (self.kind().threads)(self.number)
     }
 
-    /// Whether a node needs a period there, as this callback has it.
+    /// Returns whether a node needs a period there, as this callback has it.
     pub fn needs_period(&self, callback: &Callback) -> bool {
         match self.kind().order {
             Some(_) => self.kind().has_deadlines && callback.deadline().is_none(),
@@ -181,7 +182,7 @@ impl fmt::Display for Executor {
     }
 }
 
-/// The accepted texts.
+/// Returns the accepted texts.
 fn expected() -> String {
     let forms = KINDS.iter().map(|kind| match kind.counts {
         Some(counts) => format!("{}:{counts}", kind.name),

@@ -17,7 +17,7 @@ use crate::{
 /// Decides which released callback is called now. Its nodes are known by their number in the
 /// order of registration.
 pub(crate) trait CallbackOrder: Send {
-    /// Whether timers wait in line when they are due, instead of being called once, late.
+    /// Returns whether timers wait in line when they are due, instead of being called once, late.
     fn queues_timers(&self) -> bool {
         true
     }
@@ -26,11 +26,12 @@ pub(crate) trait CallbackOrder: Send {
     /// for it.
     fn released(&mut self, call: Call, task_set: &mut TaskSetView<'_, '_>);
 
-    /// The callback to call now; `None` without one, or without a free thread.
+    /// Returns the callback to call now; `None` without one, or without a free thread.
     fn next(&mut self, task_set: &mut TaskSetView<'_, '_>) -> Option<Call>;
 
-    /// A callback of a node was called: it takes run time, or is over. Where the message had more
-    /// sets, the callback goes on with the next one before the executor takes another callback.
+    /// A callback of a node was called: it takes run time, or is over. Where the message
+    /// had more sets, the callback goes on with the next one before the executor takes another
+    /// callback.
     fn called(&mut self, _member: usize, _task_set: &mut TaskSetView<'_, '_>) {}
 
     /// Deadline of the running tick of a node, or else of its next one, which is due at `now` at the
@@ -42,8 +43,8 @@ pub(crate) trait CallbackOrder: Send {
     /// Forgets all of a node.
     fn forget(&mut self, member: usize);
 
-    /// Forgets that the timer of a node is due, if the call would have set its next due
-    /// time: that has changed.
+    /// Hears that the next due time of a node has changed. An order whose timers do not queue
+    /// forgets that the timer is due.
     fn reschedule(&mut self, _member: usize) {}
 }
 
@@ -203,7 +204,7 @@ impl Ordered {
             return None;
         };
         let kind = self.tasks[member].next_job(timetable.clock());
-        Some(Job::new(member, kind).late(Some(now.since(due))))
+        Some(Job::new(member, kind).with_lateness(Some(now.since(due))))
     }
 
     /// Due time of the timer that is called now. Where due times do not wait in line, due times that
@@ -284,7 +285,7 @@ impl Ordered {
         None
     }
 
-    /// Where a node is in its schedule at run time `now`.
+    /// Returns where a node is in its schedule at run time `now`.
     pub(crate) fn state(&self, member: usize, now: Time) -> TaskState {
         let task = &self.tasks[member];
         let deadline = self.order.deadline(member, task, now);

@@ -103,7 +103,7 @@ impl Preemptive {
         }
     }
 
-    /// The nodes with the most urgent jobs, one for each core.
+    /// Returns the nodes with the most urgent jobs, one for each core.
     fn urgent(&self) -> Vec<usize> {
         let first = self.first.iter().take(self.cores);
         first.map(|key| key.member).collect()
@@ -117,8 +117,9 @@ impl CallbackOrder for Preemptive {
 
     fn next(&mut self, task_set: &mut TaskSetView<'_, '_>) -> Option<Call> {
         let (now, urgent) = (task_set.timetable.now(), self.urgent());
-        let others = (0..self.tasks.len()).filter(|member| !urgent.contains(member));
-        others.for_each(|member| task_set.tasks[member].suspend(now));
+        (0..self.tasks.len())
+            .filter(|member| !urgent.contains(member))
+            .for_each(|member| task_set.tasks[member].suspend(now));
         for member in urgent {
             let task = &mut task_set.tasks[member];
             if task.running.is_none() {

@@ -19,17 +19,17 @@ impl Team {
         }
     }
 
-    /// Names of the nodes.
+    /// Returns the names of the nodes.
     pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.callbacks.iter().map(|callback| &*callback.node)
     }
 
-    /// Name of the group that a member shares with others.
+    /// Returns the name of the group that a member shares with others.
     pub(crate) fn group(&self, member: usize) -> Option<&str> {
         self.callbacks.get(member)?.group_name()
     }
 
-    /// What to do about a member without a period, if it needs one.
+    /// Returns what to do about a member without a period, if it needs one.
     pub(crate) fn period_remedy(&self, member: usize) -> Option<&'static str> {
         let callback = self.callbacks.get(member)?;
         self.executor.needs_period(callback).then(|| {
@@ -41,21 +41,23 @@ impl Team {
         })
     }
 
-    /// The order of the callbacks of all its nodes; `None` if each has a core of its own.
+    /// Returns the order of the callbacks of all its nodes; `None` if each has a core of its own.
     pub(crate) fn order(&self) -> Option<Box<dyn CallbackOrder>> {
         let order = self.executor.kind().order?;
         Some(order(&self.callbacks, self.executor.number))
     }
 
-    /// The order for each of these nodes alone, on a core of its own.
+    /// Returns the order for each of these nodes alone, on a core of its own.
     pub(crate) fn orders_apart(
         &self,
         tasks: Vec<Task>,
     ) -> impl Iterator<Item = (Task, Box<dyn CallbackOrder>)> {
         let order = self.executor.kind().order;
-        let parts = tasks.into_iter().zip(&self.callbacks);
-        parts.filter_map(move |(task, callback)| {
-            Some((task, order?(std::slice::from_ref(callback), 1)))
-        })
+        tasks
+            .into_iter()
+            .zip(&self.callbacks)
+            .filter_map(move |(task, callback)| {
+                Some((task, order?(std::slice::from_ref(callback), 1)))
+            })
     }
 }

@@ -73,14 +73,18 @@ impl WindowOrder {
 
     /// Looks up what is ready in free groups.
     fn look(&mut self, running: &[usize]) {
-        let ready = self.ready.0.iter().copied();
-        let free = ready.filter(|call| is_free(&self.groups, *call, running));
+        let free = self
+            .ready
+            .0
+            .iter()
+            .copied()
+            .filter(|call| is_free(&self.groups, *call, running));
         self.window.0.clear();
         self.window.0.extend(free);
     }
 }
 
-/// Whether no node of the group of this call runs.
+/// Returns whether no node of the group of this call runs.
 fn is_free(groups: &[usize], call: Call, running: &[usize]) -> bool {
     let group = groups[call.member()];
     !running.iter().any(|runs| groups[*runs] == group)

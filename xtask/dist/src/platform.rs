@@ -37,8 +37,10 @@ pub fn wheel_tag(files: &[&[u8]]) -> String {
 #[must_use]
 pub fn glibc(file: &[u8]) -> u32 {
     const VERSION: &[u8] = b"GLIBC_2.";
-    let found = file.windows(VERSION.len()).enumerate();
-    let ends = found.filter_map(|(at, w)| (w == VERSION).then_some(at + VERSION.len()));
+    let ends = file
+        .windows(VERSION.len())
+        .enumerate()
+        .filter_map(|(at, w)| (w == VERSION).then_some(at + VERSION.len()));
     let newest = ends.filter_map(|at| number(&file[at..])).max();
     newest.unwrap_or_default().max(OLDEST_GLIBC)
 }
@@ -131,11 +133,11 @@ fn time(root: &Path) -> u64 {
     const ZIP_BEGINS: u64 = 315_532_800;
     let mut git = Command::new("git");
     git.args(["log", "-1", "--no-show-signature", "--format=%ct"]);
-    let given = env::var("SOURCE_DATE_EPOCH").ok();
-    let time = given
+    env::var("SOURCE_DATE_EPOCH")
+        .ok()
         .or_else(|| said(git.current_dir(root)))
-        .and_then(|time| time.parse().ok());
-    time.unwrap_or(ZIP_BEGINS)
+        .and_then(|time| time.parse().ok())
+        .unwrap_or(ZIP_BEGINS)
 }
 
 /// Returns the output of `command`, if it runs and succeeds.

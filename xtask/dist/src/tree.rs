@@ -73,11 +73,11 @@ impl Tree {
 /// Returns whether `bytes` contain `folder` as a whole: alone, or as the first folders of a longer
 /// path. What stands before it does not matter, because a program keeps its texts without a gap.
 fn names(bytes: &[u8], folder: &str) -> bool {
-    let mut found = bytes
+    bytes
         .windows(folder.len())
         .enumerate()
-        .filter(|(_, window)| *window == folder.as_bytes());
-    found.any(|(at, _)| !goes_on(&bytes[at + folder.len()..]))
+        .filter(|(_, window)| *window == folder.as_bytes())
+        .any(|(at, _)| !goes_on(&bytes[at + folder.len()..]))
 }
 
 /// Returns whether `rest`, which follows the name of a folder, makes it a longer name, as `_ca`

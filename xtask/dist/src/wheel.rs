@@ -40,7 +40,7 @@ impl Wheel {
         format!("py3-none-{}", self.platform)
     }
 
-    /// Path of a file of the tree in the wheel.
+    /// Returns the path of a file of the tree in the wheel.
     fn place(&self, path: &str) -> String {
         let name = self.name();
         if let Some(program) = path.strip_prefix("bin/") {

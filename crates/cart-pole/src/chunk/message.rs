@@ -46,7 +46,7 @@ impl Chunk {
     /// The numbers before its actions.
     pub(super) const HEAD: usize = 3;
 
-    /// Names of the numbers of a chunk of `horizon` actions.
+    /// Returns the names of the numbers of a chunk of `horizon` actions.
     pub(crate) fn names(horizon: Horizon) -> impl Iterator<Item = &'static str> {
         NAMES.into_iter().take(Self::HEAD + horizon.get())
     }

@@ -93,8 +93,9 @@ impl Player {
     /// Returns what is known of an action before it is published.
     fn played(&self, planned: &Planned) -> PlayerStep {
         let newest = self.queue.newest();
-        let by_plan = newest.filter(|taken| taken.chunk.plan != PlanKind::Hold);
-        let as_planned = by_plan.map_or(0, |taken| taken.as_planned(&self.history));
+        let as_planned = newest
+            .filter(|taken| taken.chunk.plan != PlanKind::Hold)
+            .map_or(0, |taken| taken.as_planned(&self.history));
         let last = self.history.last.map(f64::from);
         PlayerStep {
             played: 1.0,

@@ -256,8 +256,9 @@ impl PlayQueue {
         while self.taken.len() > 1
             && self.taken.front().is_some_and(|oldest| {
                 let end = oldest.chunk.actions.len() as i64;
-                let mut kinds = PlayKind::VARIANTS.iter();
-                kinds.all(|kind| oldest.place(*kind, now, history) >= end)
+                PlayKind::VARIANTS
+                    .iter()
+                    .all(|kind| oldest.place(*kind, now, history) >= end)
             })
         {
             self.taken.pop_front();

@@ -122,8 +122,9 @@ impl FromStr for Merge {
             let number: f64 = text.trim().strip_prefix(prefix)?.parse().ok()?;
             (0.0..=most).contains(&number).then_some(number)
         };
-        let blend = number("blend:", 1.0).map(Self::Blend);
-        let merge = blend.or_else(|| number("ensemble:", MAX_DECAY).map(Self::Ensemble));
+        let merge = number("blend:", 1.0)
+            .map(Self::Blend)
+            .or_else(|| number("ensemble:", MAX_DECAY).map(Self::Ensemble));
         match merge {
             Some(merge) => Ok(merge),
             None if text.trim() == "newest" => Ok(Self::Newest),

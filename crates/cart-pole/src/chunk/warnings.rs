@@ -38,8 +38,9 @@ impl ChunkTimes {
             _ => None,
         };
         let delay = |topic| {
-            let median = link(topic).and_then(|link| link.delay.median());
-            median.unwrap_or_default()
+            link(topic)
+                .and_then(|link| link.delay.median())
+                .unwrap_or_default()
         };
         let rate = setup
             .rate(POLICY)

@@ -73,18 +73,19 @@ impl Loop {
         }
         let response = |frequency| self.open_loop(Complex::new(0.0, frequency));
         let louder = |frequency| response(frequency).is_none_or(|open| open.modulus() > 1.0);
-        let pairs = frequencies().zip(frequencies().skip(1));
-        let crossings = pairs.filter(|(low, high)| louder(*low) != louder(*high));
-        let margins = crossings.filter_map(|(low, high)| {
-            let crossover = edge(low, high, louder);
-            let phase_margin = (-response(crossover)?).argument().rem_euclid(TAU);
-            let delay = Duration::try_from_secs_f64(phase_margin / crossover).ok()?;
-            Some(ContinuousMargins {
-                crossover,
-                phase_margin,
-                delay,
-            })
-        });
+        let margins = frequencies()
+            .zip(frequencies().skip(1))
+            .filter(|(low, high)| louder(*low) != louder(*high))
+            .filter_map(|(low, high)| {
+                let crossover = edge(low, high, louder);
+                let phase_margin = (-response(crossover)?).argument().rem_euclid(TAU);
+                let delay = Duration::try_from_secs_f64(phase_margin / crossover).ok()?;
+                Some(ContinuousMargins {
+                    crossover,
+                    phase_margin,
+                    delay,
+                })
+            });
         margins.min_by_key(|margins| margins.delay)
     }
 }

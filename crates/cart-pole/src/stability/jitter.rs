@@ -118,9 +118,11 @@ impl Loop {
             let closed = (row * pushes)[0] - 1.0;
             Some((disturbed * seconds).sqrt() * (z - 1.0).modulus() / closed.modulus())
         };
-        let parts = (0..=FREQUENCIES).map(|part| f64::from(part) / f64::from(FREQUENCIES));
-        let angles = parts.map(|part| PI * LOWEST.powf(part));
-        angles.filter_map(gain).fold(0.0, f64::max)
+        (0..=FREQUENCIES)
+            .map(|part| f64::from(part) / f64::from(FREQUENCIES))
+            .map(|part| PI * LOWEST.powf(part))
+            .filter_map(gain)
+            .fold(0.0, f64::max)
     }
 }
 

@@ -63,7 +63,7 @@ struct PlanTimes {
 }
 
 impl PlanTimes {
-    /// From when on it is played.
+    /// Returns from when on it is played.
     fn played(&self) -> u64 {
         self.own.max(self.taken)
     }

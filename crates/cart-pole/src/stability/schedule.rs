@@ -49,11 +49,12 @@ impl LoopSchedule {
         let (begin, period) = repetition(timing, grid)?;
         let settled = timing.slowest() + world.unit();
         let (from, to) = (begin + settled, begin + settled + period);
-        let decisions = timing
+        let pushes: Vec<_> = timing
             .pushes()
             .skip_while(|(start, _)| *start < begin)
-            .take_while(|(start, _)| *start < to + settled);
-        let pushes: Vec<_> = decisions.map(|(_, push)| push).collect();
+            .take_while(|(start, _)| *start < to + settled)
+            .map(|(_, push)| push)
+            .collect();
         // In the course's world the plant's time starts with the actuator.
         let origin = match (world, timing.actuator) {
             (WorldModel::Course, Some(actuator)) => Time::ZERO + actuator.offset,
@@ -100,8 +101,11 @@ fn least_common_multiple(a: u128, b: u128) -> u128 {
 /// Returns a decision from which on the schedule repeats, and its period. With a policy that takes
 /// time this may be several periods of the grid.
 fn repetition(timing: Timing, grid: Duration) -> Result<(Time, Duration), StabilityError> {
-    let offsets = timing.cadences().map(|cadence| cadence.offset);
-    let offset = offsets.max().unwrap_or_default();
+    let offset = timing
+        .cadences()
+        .map(|cadence| cadence.offset)
+        .max()
+        .unwrap_or_default();
     let longest = grid.max(offset).max(timing.slowest());
     let aperiodic = |hyper_period| StabilityError::Aperiodic {
         rates: Rates {

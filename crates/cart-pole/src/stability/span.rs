@@ -99,7 +99,7 @@ impl Span {
         (0..doublings).fold(short, |span, _| span.then(&span))
     }
 
-    /// One physics step. Its cost is that of the state at its beginning.
+    /// Returns one physics step. Its cost is that of the state at its beginning.
     pub fn step(dynamics: &Dynamics, step: Duration, noise: &Noise, weights: &Weights) -> Self {
         let seconds = step.as_secs_f64();
         let LinearPlant { a, b } = dynamics.step(step);
@@ -236,7 +236,7 @@ impl Dynamics {
         Ok(Self { f, g })
     }
 
-    /// One physics step of this length: first the velocities, then the positions.
+    /// Returns one physics step of this length: first the velocities, then the positions.
     pub fn step(&self, step: Duration) -> LinearPlant {
         let step_s = step.as_secs_f64();
         let (mut a, mut b) = (Matrix4::identity(), Vector4::zeros());

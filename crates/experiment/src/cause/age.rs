@@ -64,8 +64,13 @@ impl AgeData {
     /// unknown or hidden.
     pub fn limit_text(&self, number: impl Fn(Duration) -> String) -> Option<String> {
         let limit = self.limit().filter(|_| !self.hidden).map(&number)?;
-        let from = self.limits.may_fall.map(|from| number(from) + "–");
-        Some(from.unwrap_or_default() + &limit)
+        Some(
+            self.limits
+                .may_fall
+                .map(|from| number(from) + "–")
+                .unwrap_or_default()
+                + &limit,
+        )
     }
 }
 

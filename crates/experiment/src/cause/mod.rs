@@ -67,8 +67,10 @@ impl Facts<'_> {
 
     /// Returns the knobs that were turned since the start, as far as they are in force.
     pub fn turned(&self) -> Setup {
-        let knobs = self.commands.iter();
-        knobs.map(|timed| timed.knob.clone()).collect()
+        self.commands
+            .iter()
+            .map(|timed| timed.knob.clone())
+            .collect()
     }
 
     /// Returns what the nodes are asked for beyond their time, with the knobs in force and one
@@ -152,8 +154,9 @@ impl Facts<'_> {
             return vec![first];
         };
         let slow = self.pace(slowest).mul_f64(AS_SLOW);
-        let path = before(self.lineage, acts).into_iter();
-        let slow = path.filter(|node| self.pace(*node) >= slow);
+        let slow = before(self.lineage, acts)
+            .into_iter()
+            .filter(|node| self.pace(*node) >= slow);
         let mut slow: Vec<AgeOwner> = slow.map(AgeOwner::Rate).collect();
         if !slow.contains(&first) {
             slow.insert(0, first);
@@ -218,13 +221,17 @@ impl Facts<'_> {
         let (AgeOwner::Rate(node) | AgeOwner::Stage(AgeStage::Cost(node))) = owner else {
             return None;
         };
-        let mut topics = self.graph.topics.iter();
-        let input = topics.find(|topic| topic.readers.iter().any(|r| r.node == node))?;
-        let input_period = input
+        let input = self
+            .graph
+            .topics
+            .iter()
+            .find(|topic| topic.readers.iter().any(|r| r.node == node))?;
+        let slower = input
             .publishers
             .iter()
-            .map(|node| self.graph.nodes[*node].hz.period());
-        let slower = input_period.min()? < self.graph.nodes[node].hz.period();
+            .map(|node| self.graph.nodes[*node].hz.period())
+            .min()?
+            < self.graph.nodes[node].hz.period();
         match (input.dropped(), input.depth.get()) {
             (0, 1) => None,
             (0, depth) => slower.then(|| format!("a queue of {depth} dropped nothing")),
@@ -269,8 +276,9 @@ pub fn late(
 /// Returns the last second of a run, or the last two periods of the slowest node on the path to
 /// `acts` if that is longer; never before the first push.
 pub fn latest(graph: &Snapshot, lineage: &Lineage, acts: usize) -> (Time, Time) {
-    let path = before(lineage, acts).into_iter();
-    let periods = path.map(|node| graph.nodes[node].hz.period());
+    let periods = before(lineage, acts)
+        .into_iter()
+        .map(|node| graph.nodes[node].hz.period());
     let window = LATELY.max(periods.max().unwrap_or_default() * 2);
     let from = graph.now - window;
     (from.max(lineage.first_push(acts)), graph.now)

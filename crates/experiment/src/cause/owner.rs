@@ -3,11 +3,11 @@
 use std::{ops::Range, time::Duration};
 
 use ratelab::{Head, Knob, KnobKind, Time, TimedKnob};
-use ratelab_metrics::{AgeStage, NodeAccount, TracedTick};
+use ratelab_metrics::{AgeStage, NodeAccount, TracedTick, mean_parts};
 use ratelab_system::Setup;
 
 use super::{AgeOwner, Facts};
-use crate::{mean_parts, millis::mean};
+use crate::millis::mean;
 
 impl Facts<'_> {
     /// Returns the owners of the push age of `node`, each with its mean part, the largest first.
@@ -106,8 +106,7 @@ impl Facts<'_> {
             let span = hang.span(view.hz.period());
             *hang.node == *view.name && span.start < self.late.1 && self.late.0 < span.end
         };
-        let recent = self.hangs.iter().filter(recent);
-        recent.map(|hang| hang.cost).max()
+        self.hangs.iter().filter(recent).map(|hang| hang.cost).max()
     }
 
     /// Returns why nothing came through, from the sensing on: the nodes and topics of `path` that
@@ -190,8 +189,9 @@ impl Facts<'_> {
 
     /// Returns the recent ticks of a node.
     fn ticks(&self, node: usize) -> impl Iterator<Item = &TracedTick> {
-        let ticks = self.lineage.ticks(node).rev();
-        ticks
+        self.lineage
+            .ticks(node)
+            .rev()
             .skip_while(|worked| worked.tick.at > self.late.1)
             .take_while(|worked| worked.tick.at > self.late.0)
     }
@@ -228,18 +228,24 @@ impl Facts<'_> {
         // When the oldest message was there that its last tick left.
         let before = self.ticks(node).next();
         let waiting = view.triggers.iter().filter_map(|topic| {
-            let mut reads = before.into_iter().flat_map(TracedTick::reads);
-            let read = reads.find(|read| read.topic == *topic).map(|read| read.seq);
-            let news = self.recent(*topic).filter(|sent| Some(sent.seq) > read);
-            news.filter_map(|sent| sent.arrives).min()
+            let read = before
+                .into_iter()
+                .flat_map(TracedTick::reads)
+                .find(|read| read.topic == *topic)
+                .map(|read| read.seq);
+            self.recent(*topic)
+                .filter(|sent| Some(sent.seq) > read)
+                .filter_map(|sent| sent.arrives)
+                .min()
         });
         waiting.max().unwrap_or(self.late.1).max(last)
     }
 
     /// Recent mean lateness of a node's ticks.
     fn lateness(&self, node: usize) -> Duration {
-        let ticks = self.ticks(node);
-        let late = ticks.map(|worked| worked.tick.lateness.unwrap_or_default());
+        let late = self
+            .ticks(node)
+            .map(|worked| worked.tick.lateness.unwrap_or_default());
         mean(late).unwrap_or_default()
     }
 
@@ -276,8 +282,12 @@ impl Hang {
     /// Returns the hangs that a run with `setup` begins with.
     pub fn at_the_start(setup: &Setup) -> Vec<Self> {
         let at = Time::ZERO;
-        let knobs = setup.iter().cloned().map(|knob| TimedKnob { at, knob });
-        knobs.filter_map(|timed| Self::from_knob(&timed)).collect()
+        setup
+            .iter()
+            .cloned()
+            .map(|knob| TimedKnob { at, knob })
+            .filter_map(|timed| Self::from_knob(&timed))
+            .collect()
     }
 
     /// Returns when it may be going on, for a node with this `period`.

@@ -49,11 +49,11 @@ impl Facts<'_> {
     /// Returns the parameters in force that may spoil the run.
     pub(super) fn spoiled(&self) -> Vec<AgeOwner> {
         let planning = self.system.robot().planning();
-        let spoilers = planning
+        let wrong = planning
             .map_or(&[][..], |planning| planning.spoilers)
             .iter()
-            .enumerate();
-        let wrong = spoilers.filter(|(_, spoiler)| self.value(spoiler) != spoiler.sound);
+            .enumerate()
+            .filter(|(_, spoiler)| self.value(spoiler) != spoiler.sound);
         let owner = |(number, spoiler): (usize, &Spoiler)| {
             let node = self.lineage.topology().node(spoiler.node)?;
             Some(AgeOwner::Spoiler { node, number })

@@ -201,8 +201,11 @@ fn no_action(facts: &Facts<'_>, of: AgeOwner) -> String {
 /// Returns a crash, before the first message or after it.
 fn end_of_messages(facts: &Facts<'_>, owner: AgeOwner) -> String {
     let name = facts.name(owner);
-    let mut topics = facts.graph.topics.iter();
-    let sent = topics.any(|topic| topic.publishers.contains(&owner.place()) && topic.published > 0);
+    let sent = facts
+        .graph
+        .topics
+        .iter()
+        .any(|topic| topic.publishers.contains(&owner.place()) && topic.published > 0);
     if sent {
         format!("the {name} crashed: its last message stays in use")
     } else {
@@ -250,8 +253,10 @@ impl Facts<'_> {
             }
             // Without a knob ticks take the time that they need.
             AgeOwner::Stage(AgeStage::Cost(_)) => remedy.filter(|cure| {
-                let mut knobs = self.setup.iter();
-                let is_set = knobs.any(|knob| knob.target() == name && knob.takes_time());
+                let is_set = self
+                    .setup
+                    .iter()
+                    .any(|knob| knob.target() == name && knob.takes_time());
                 is_set || self.was_turned(cure)
             }),
             _ => remedy,
@@ -269,8 +274,12 @@ impl Facts<'_> {
 
     /// Returns the rate of node `name` at the start of a usual run, if it is higher.
     fn usual_rate(&self, name: &str) -> Option<Knob> {
-        let mut aliases = self.system.knobs().aliases().iter();
-        let alias = aliases.find(|alias| alias.knobs == [(KnobKind::Rate, name)])?;
+        let alias = self
+            .system
+            .knobs()
+            .aliases()
+            .iter()
+            .find(|alias| alias.knobs == [(KnobKind::Rate, name)])?;
         let hz: Hz = alias.default.parse().ok()?;
         let node = name.to_owned();
         (hz.get() > self.graph.node(name)?.hz.get()).then_some(Knob::Rate { node, hz })
@@ -368,11 +377,14 @@ impl Facts<'_> {
 
     /// Returns the name of the rate of `node`, and the key that raises it.
     fn rate_setting(&self, node: &str) -> (String, Option<char>) {
-        let aliases = self.system.knobs().aliases().iter();
-        let mut rates = aliases
+        let alias = self
+            .system
+            .knobs()
+            .aliases()
+            .iter()
             .filter(|alias| alias.kind() == KnobKind::Rate)
-            .enumerate();
-        let alias = rates.find(|(_, alias)| alias.knobs == [(KnobKind::Rate, node)]);
+            .enumerate()
+            .find(|(_, alias)| alias.knobs == [(KnobKind::Rate, node)]);
         match alias {
             Some((number, alias)) => (alias.name.to_owned(), self.rate_keys.get(number).copied()),
             None => (format!("rate {node}"), None),

@@ -20,20 +20,22 @@ pub(super) enum FaultPart {
     Shift,
 }
 
-/// The number of parts of a length of `unit` in `duration`.
+/// Returns the number of parts of a length of `unit` in `duration`.
 fn parts(duration: Duration, unit: Duration) -> usize {
     let parts = duration.as_nanos() / unit.as_nanos();
     usize::try_from(parts).unwrap_or(usize::MAX)
 }
 
 impl Budget {
-    /// The number of parts of each kind: lost and late messages, those of a hang and of a shift.
+    /// Returns the number of parts of each kind: lost and late messages, those of a hang and of a
+    /// shift.
     pub(super) fn counts(&self) -> [usize; 4] {
         let [delay, hang, shift] = self.lengths().map(|(length, part, _)| parts(length, part));
         [self.lose, delay, hang, shift]
     }
 
-    /// What is allowed of a delay, a hang and a shift, with the length of a part and its name.
+    /// Returns what is allowed of a delay, a hang and a shift, with the length of a part and its
+    /// name.
     fn lengths(&self) -> [(Duration, Duration, &'static str); 3] {
         let longest = |of: &Option<(String, Duration)>| {
             of.as_ref().map_or(Duration::ZERO, |(_, longest)| *longest)
@@ -45,7 +47,7 @@ impl Budget {
         ]
     }
 
-    /// Whether `list` is within it.
+    /// Returns whether `list` is within it.
     pub(super) fn allows(&self, list: &[FaultPart]) -> bool {
         let kinds: [fn(&FaultPart) -> bool; 4] = [
             |part| matches!(part, FaultPart::Lost(_)),
@@ -53,8 +55,10 @@ impl Budget {
             |part| matches!(part, FaultPart::Hang(_)),
             |part| matches!(part, FaultPart::Shift),
         ];
-        let mut kinds = kinds.iter().zip(self.counts());
-        kinds.all(|(kind, most)| list.iter().filter(|part| kind(part)).count() <= most)
+        kinds
+            .iter()
+            .zip(self.counts())
+            .all(|(kind, most)| list.iter().filter(|part| kind(part)).count() <= most)
     }
 
     /// Refuses an empty budget, and one with too many parts or less than a part.
@@ -66,14 +70,15 @@ impl Budget {
         if self.counts().iter().any(|count| *count > MOST_PARTS) {
             return Err(HuntError::TooMuch);
         }
-        let mut lengths = lengths.into_iter();
-        let short = lengths.find(|(length, part, _)| !length.is_zero() && length < part);
+        let short = lengths
+            .into_iter()
+            .find(|(length, part, _)| !length.is_zero() && length < part);
         short.map_or(Ok(()), |(length, part, what)| {
             Err(HuntError::TooLittle { what, length, part })
         })
     }
 
-    /// The knobs for the faults of `list`.
+    /// Returns the knobs for the faults of `list`.
     pub(super) fn knobs(&self, list: &[FaultPart]) -> Vec<TimedKnob> {
         let mut list = list.to_vec();
         list.sort_unstable();

@@ -52,8 +52,11 @@ impl Budget {
         });
         let period = |node: usize| rates[node].period();
         let of_topic = topology.topic(&self.topic).and_then(|topic| {
-            let publishers = topology.topics[topic].publishers.iter();
-            publishers.map(|node| period(*node)).min()
+            topology.topics[topic]
+                .publishers
+                .iter()
+                .map(|node| period(*node))
+                .min()
         });
         let of_node = |of: &Option<(String, Duration)>| {
             of.as_ref()
@@ -78,8 +81,8 @@ impl Budget {
     }
 }
 
-/// The longest length up to `longest` of which `most` has not more than [`MOST_PARTS`]; a longer one
-/// if there is none.
+/// Returns the longest length up to `longest` of which `most` has not more than [`MOST_PARTS`]; a
+/// longer one if there is none.
 fn length(longest: Duration, most: Duration) -> Duration {
     let lengths = LENGTHS.into_iter().map(Duration::from_nanos);
     let fits = |length: &Duration| most.as_nanos() <= length.as_nanos() * MOST_PARTS as u128;

@@ -208,7 +208,7 @@ impl Hunt {
         }
     }
 
-    /// The configuration with `faults`.
+    /// Returns the configuration with `faults`.
     pub fn with(&self, faults: &[TimedKnob]) -> Config {
         let mut config = self.base.clone();
         config.knobs.extend(faults.iter().cloned());

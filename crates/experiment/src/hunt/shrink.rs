@@ -50,7 +50,7 @@ pub(super) fn delta_debug(list: &mut Vec<FaultPart>, trials: &mut Trials<'_>) ->
     Ok(())
 }
 
-/// All sublists of `list` by size, without the empty one and `list` itself; `None` if
+/// Returns all sublists of `list` by size, without the empty one and `list` itself; `None` if
 /// there are too many.
 fn all_smaller(list: &[FaultPart]) -> Option<Vec<Vec<FaultPart>>> {
     let mut sorted = list.to_vec();

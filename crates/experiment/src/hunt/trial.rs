@@ -36,28 +36,29 @@ impl<'h> Trials<'h> {
         }
     }
 
-    /// Number of lists tried. Runs begun in parallel after a list that is enough are not
+    /// Returns the number of lists tried. Runs begun in parallel after a list that is enough are not
     /// counted, unless the hunt is stopped: their number depends on the threads.
     pub fn runs(&self) -> usize {
         self.runs
     }
 
-    /// The summary of the run with the faults of `list`; `None` if it was stopped.
+    /// Returns the summary of the run with the faults of `list`; `None` if it was stopped.
     pub fn summary(&self, list: &[FaultPart]) -> Result<Option<Summary>, HuntError> {
         let config = self.hunt.with(&self.budget.knobs(list));
         let experiment = Experiment::from_resolved(self.hunt.system.clone(), config)?;
         Ok(experiment.run_until(&self.hunt.interrupt)?)
     }
 
-    /// The first of the smallest lists within the budget that were found to lose the run, with
-    /// its verdict.
+    /// Returns the first of the smallest lists within the budget that were found to lose the run,
+    /// with its verdict.
     pub fn best(&self) -> Option<&(Vec<FaultPart>, Verdict)> {
-        let lost = self.lost.iter();
-        let allowed = lost.filter(|(list, _)| self.budget.allows(list));
-        allowed.min_by_key(|(list, _)| list.len())
+        self.lost
+            .iter()
+            .filter(|(list, _)| self.budget.allows(list))
+            .min_by_key(|(list, _)| list.len())
     }
 
-    /// The verdict on a run to its end; `None` if it was stopped.
+    /// Returns the verdict on a run to its end; `None` if it was stopped.
     fn try_one(&self, list: &[FaultPart]) -> Option<Result<Verdict, HuntError>> {
         if (self.stop)() || self.hunt.interrupt.is_asked() {
             return None;
@@ -66,7 +67,7 @@ impl<'h> Trials<'h> {
         Some(summary.map(|run| run.verdict))
     }
 
-    /// The index of the first of `lists` that loses the run.
+    /// Returns the index of the first of `lists` that loses the run.
     pub fn first_lost(&mut self, lists: &[Vec<FaultPart>]) -> Result<Option<usize>, Halt> {
         let mut first: Option<(usize, Result<Verdict, HuntError>)> = None;
         let mut tried = 0;

@@ -51,7 +51,7 @@ struct WindowKind<'w> {
 }
 
 impl Windows {
-    /// The windows of `budget` in the run without faults.
+    /// Creates the windows of `budget` in the run without faults.
     pub fn new(budget: &Budget, usual: &Summary) -> Result<Self, HuntError> {
         let [lose, late, hang, shift] = budget.counts();
         let topic = usual.topic(&budget.topic);
@@ -89,7 +89,7 @@ impl Windows {
         })
     }
 
-    /// Whether nothing may go wrong but a shift.
+    /// Returns whether nothing may go wrong but a shift.
     pub fn only_shift(&self) -> bool {
         self.lose + self.late + self.hang == 0
     }
@@ -154,7 +154,7 @@ impl Windows {
         kinds
     }
 
-    /// An equal share of each kind, at the same time.
+    /// Returns an equal share of each kind, at the same time.
     fn together(&self) -> WindowKind<'_> {
         let most = self.lose.max(self.late).max(self.hang).max(self.shift);
         let share = move |of: usize, size: usize| (of * size).div_ceil(most);
@@ -188,7 +188,7 @@ impl Windows {
             .collect()
     }
 
-    /// Number of due times of the node that may hang.
+    /// Returns the number of due times of the node that may hang.
     fn ticks(&self) -> u64 {
         let ticks = self.end.as_nanos() as u128 / self.period.as_nanos().max(1);
         if self.hang > 0 { ticks as u64 } else { 0 }
@@ -256,7 +256,7 @@ impl WindowKind<'_> {
         Ok(smallest)
     }
 
-    /// All lists of a size, by their beginnings.
+    /// Returns all lists of a size, by their beginnings.
     fn lists(&self, size: usize) -> Vec<Vec<FaultPart>> {
         let count = self.starts.min(MOST_STARTS);
         let start =

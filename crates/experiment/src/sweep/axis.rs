@@ -26,7 +26,7 @@ use super::MAX_CELLS;
 pub struct Axis<T>(Vec<T>);
 
 impl<T> Axis<T> {
-    /// The values, without duplicates.
+    /// Returns the values, without duplicates.
     pub fn values(&self) -> &[T] {
         &self.0
     }
@@ -49,7 +49,7 @@ pub trait Quantity: Copy {
     /// [`AxisError::Value`] with the invalid text and the expected form.
     fn read(text: &str) -> Result<i128, AxisError>;
 
-    /// The value of so many units, which lie between the units of two values.
+    /// Returns the value of so many units, which lie between the units of two values.
     fn from_units(units: i128) -> Self;
 }
 
@@ -107,8 +107,7 @@ impl Quantity for Decimal {
     const ONE: i128 = 1_000_000_000;
 
     fn read(text: &str) -> Result<i128, AxisError> {
-        let units = decimal(text.trim()).map(i128::from);
-        units.ok_or_else(|| {
+        decimal(text.trim()).map(i128::from).ok_or_else(|| {
             let expected = "expected one such as 12, 0.25 or -3, to 9 places";
             AxisError::Value(format!("{text:?} is not a number: {expected}"))
         })
@@ -119,7 +118,7 @@ impl Quantity for Decimal {
     }
 }
 
-/// The units of a number.
+/// Returns the units of a number.
 fn decimal(text: &str) -> Option<i64> {
     let digits = text.strip_prefix('-').unwrap_or(text);
     let (whole, places) = digits.split_once('.').unwrap_or((digits, "0"));
@@ -189,7 +188,7 @@ impl<T: Quantity> FromStr for Axis<T> {
     }
 }
 
-/// The values of one part of a list, in units.
+/// Returns the values of one part of a list, in units.
 fn units_of<T: Quantity>(part: &str) -> Result<impl Iterator<Item = i128> + use<T>, AxisError> {
     let read = T::read;
     let (first, last, step) = match part.split_once("..") {

@@ -44,34 +44,39 @@ impl ByAge {
         runs.collect()
     }
 
-    /// Age (s) of each run, and whether it was held; ascending.
+    /// Returns the age (s) of each run, and whether it was held; ascending.
     pub fn runs(&self) -> impl Iterator<Item = (f64, bool)> {
         self.runs.iter().copied()
     }
 
-    /// Number of runs.
+    /// Returns the number of runs.
     pub fn len(&self) -> usize {
         self.runs.len()
     }
 
-    /// Whether there are no runs.
+    /// Returns whether there are no runs.
     pub fn is_empty(&self) -> bool {
         self.runs.is_empty()
     }
 
-    /// The smallest age of a lost run (s).
+    /// Returns the smallest age of a lost run (s).
     pub fn youngest_lost_s(&self) -> Option<f64> {
-        let mut lost = self.runs.iter().filter(|(_, held)| !held);
-        lost.next().map(|(age, _)| *age)
+        self.runs
+            .iter()
+            .find(|(_, held)| !held)
+            .map(|(age, _)| *age)
     }
 
-    /// The largest age of a held run (s).
+    /// Returns the largest age of a held run (s).
     pub fn oldest_held_s(&self) -> Option<f64> {
-        let mut held = self.runs.iter().rev().filter(|(_, held)| *held);
-        held.next().map(|(age, _)| *age)
+        self.runs
+            .iter()
+            .rev()
+            .find(|(_, held)| *held)
+            .map(|(age, _)| *age)
     }
 
-    /// The runs in bins `width_s` wide, without empty bins.
+    /// Returns the runs in bins `width_s` wide, without empty bins.
     pub fn bins(&self, width_s: f64) -> Vec<AgeBin> {
         // Ages are rounded, their quotients are not.
         let number = |age: f64| (age / width_s + 1e-6).floor();
@@ -88,7 +93,7 @@ impl ByAge {
         bins.collect()
     }
 
-    /// The age with the fewest runs on its wrong side: the midpoint between two runs, the
+    /// Returns the age with the fewest runs on its wrong side: the midpoint between two runs, the
     /// smallest of several. `None` if all runs were lost, or all were held.
     pub fn split(&self) -> Option<AgeSplit> {
         self.youngest_lost_s().zip(self.oldest_held_s())?;
@@ -110,7 +115,7 @@ impl ByAge {
         best
     }
 
-    /// Number of runs on the wrong side of the age `at_s`.
+    /// Returns the number of runs on the wrong side of the age `at_s`.
     pub fn misjudged_at(&self, at_s: f64) -> usize {
         let wrong = |(age, held): &&(f64, bool)| *held == (*age >= at_s);
         self.runs.iter().filter(wrong).count()

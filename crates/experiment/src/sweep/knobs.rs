@@ -36,7 +36,7 @@ pub struct SweepValue {
 const HOLE: &str = "{}";
 
 impl SweepAxis {
-    /// The knob called `name`, an alias or a kind and a target such as
+    /// Returns the knob called `name`, an alias or a kind and a target such as
     /// `rate planner`, with the values in `list`; see [`Axis`]. Values go to the end,
     /// or to where `{}` is: `link /obs delay:{}`. Texts have commas in between; one
     /// that is part of a text has a backslash before it.
@@ -53,7 +53,7 @@ impl SweepAxis {
         Self::from_texts(knobs, name, texts)
     }
 
-    /// An axis with `texts` as its values.
+    /// Returns an axis with `texts` as its values.
     ///
     /// # Errors
     /// [`AxisError`] for an unknown knob or an invalid value.
@@ -87,7 +87,7 @@ impl SweepAxis {
         })
     }
 
-    /// An axis with one value that changes nothing, for a sweep over seeds alone.
+    /// Returns an axis with one value that changes nothing, for a sweep over seeds alone.
     pub fn as_given() -> Self {
         let name = "setting".to_owned();
         let value = SweepValue {
@@ -103,7 +103,7 @@ impl SweepAxis {
         }
     }
 
-    /// Whether its values go into the middle of its knob.
+    /// Returns whether its values go into the middle of its knob.
     pub fn has_hole(&self) -> bool {
         has_hole(&self.name)
     }
@@ -113,7 +113,7 @@ fn has_hole(name: &str) -> bool {
     name.contains(HOLE)
 }
 
-/// Whether `text` is a range of numbers. What ticks take can be `60..110`, which is one
+/// Returns whether `text` is a range of numbers. What ticks take can be `60..110`, which is one
 /// value: with a step it is a range.
 fn is_range(kind: KnobKind, hole: bool, text: &str) -> bool {
     let begins = text.starts_with(|c: char| c.is_ascii_digit() || "-.".contains(c));
@@ -133,7 +133,7 @@ where
     Ok(axis.values().iter().map(text).collect())
 }
 
-/// The texts in `list`, those that are ranges one by one.
+/// Returns the texts in `list`, those that are ranges one by one.
 fn values(list: &str, is_range: impl Fn(&str) -> bool) -> Result<Vec<String>, AxisError> {
     let mut values = Vec::new();
     for text in messages(list) {
@@ -162,8 +162,10 @@ fn messages(list: &str) -> Vec<String> {
             }
         }
     }
-    let messages = messages.iter().map(|message| message.trim().to_owned());
-    messages.collect()
+    messages
+        .iter()
+        .map(|message| message.trim().to_owned())
+        .collect()
 }
 
 fn refused(error: KnobTextError) -> AxisError {

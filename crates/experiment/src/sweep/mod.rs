@@ -73,7 +73,7 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// The value on the axis called `axis`, as text.
+    /// Returns the value on the axis called `axis`, as text.
     pub fn value(&self, axis: &str) -> Option<&str> {
         let value = self.values.iter().find(|value| value.axis == axis);
         value.map(|value| value.text.as_str())
@@ -134,12 +134,12 @@ impl Sweep {
         }
     }
 
-    /// The axis called `name`.
+    /// Returns the axis called `name`.
     pub fn axis(&self, name: &str) -> Option<&SweepAxis> {
         self.axes.iter().find(|axis| axis.name == name)
     }
 
-    /// Number of runs.
+    /// Returns the number of runs.
     ///
     /// # Errors
     /// [`SweepError`] if it is zero or above [`MAX_CELLS`], or if the runs have no end.
@@ -157,8 +157,9 @@ impl Sweep {
         }
         let counts = lists.iter().map(|(_, values)| *values as u128);
         let cells = counts.fold(1, u128::saturating_mul);
-        let few = usize::try_from(cells).ok();
-        few.filter(|cells| *cells <= MAX_CELLS)
+        usize::try_from(cells)
+            .ok()
+            .filter(|cells| *cells <= MAX_CELLS)
             .ok_or(SweepError::TooMany(cells))
     }
 
@@ -199,8 +200,10 @@ impl Sweep {
         };
         // A message that an axis replaces is never resolved.
         resolved.base = self.config(&first).resolved(&*self.system)?;
-        let axes = resolved.axes.iter_mut();
-        let messages = axes.filter(|axis| axis.kind == KnobKind::Send);
+        let messages = resolved
+            .axes
+            .iter_mut()
+            .filter(|axis| axis.kind == KnobKind::Send);
         for value in messages.flat_map(|axis| &mut axis.values) {
             let mut config = resolved.base.clone();
             config.setup.extend(value.knobs.iter().cloned());

@@ -34,7 +34,7 @@ pub struct CellResult {
 }
 
 impl CellResult {
-    /// The result of a run of `system`.
+    /// Creates the result of a run of `system`.
     pub fn new(system: &dyn System, summary: &Summary) -> Self {
         let without_data = summary.without_data(system).into_iter().next();
         Self {
@@ -43,7 +43,8 @@ impl CellResult {
         }
     }
 
-    /// Whether the run is lost. A chain without data is not kept, whether it has a limit or not.
+    /// Returns whether the run is lost. A chain without data is not kept, whether it has a limit or
+    /// not.
     pub fn is_lost(&self) -> bool {
         self.verdict.is_lost() || self.without_data.is_some()
     }
@@ -76,35 +77,39 @@ pub struct Swept {
 }
 
 impl Swept {
-    /// The sweep.
+    /// Returns the sweep.
     pub fn sweep(&self) -> &Sweep {
         &self.sweep
     }
 
-    /// The finished cells, in the order of the sweep.
+    /// Returns the finished cells, in the order of the sweep.
     pub fn finished(&self) -> impl Iterator<Item = (Cell, &CellResult)> {
-        let outcomes = self.outcomes.iter().enumerate();
-        outcomes.filter_map(|(index, outcome)| Some((self.sweep.cell(index)?, outcome.as_ref()?)))
+        self.outcomes
+            .iter()
+            .enumerate()
+            .filter_map(|(index, outcome)| Some((self.sweep.cell(index)?, outcome.as_ref()?)))
     }
 
-    /// Whether all cells are finished.
+    /// Returns whether all cells are finished.
     pub fn is_complete(&self) -> bool {
         self.outcomes.iter().all(Option::is_some)
     }
 
-    /// The survival for each combination of knobs, over all seeds, in the order of the
+    /// Returns the survival for each combination of knobs, over all seeds, in the order of the
     /// sweep.
     pub fn survival(&self) -> impl Iterator<Item = Survival> {
         let seeds = self.sweep.seeds.len().max(1);
-        let groups = self.outcomes.chunks(seeds).enumerate();
-        groups.filter_map(move |(group, outcomes)| {
-            let finished = outcomes.iter().flatten();
-            Some(Survival {
-                cell: self.sweep.cell(group * seeds)?,
-                runs: finished.clone().count(),
-                held: finished.filter(|result| !result.is_lost()).count(),
+        self.outcomes
+            .chunks(seeds)
+            .enumerate()
+            .filter_map(move |(group, outcomes)| {
+                let finished = outcomes.iter().flatten();
+                Some(Survival {
+                    cell: self.sweep.cell(group * seeds)?,
+                    runs: finished.clone().count(),
+                    held: finished.filter(|result| !result.is_lost()).count(),
+                })
             })
-        })
     }
 }
 

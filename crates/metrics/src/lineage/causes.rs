@@ -13,21 +13,30 @@ use super::{DataWay, Lineage, TracedTick, TracedTopic};
 /// When the newest data of each node that begins data began (run time), by the indices of the nodes.
 pub(super) type Beginnings = SmallVec<[(usize, Time); 2]>;
 
+/// A message of a chain.
+pub(super) struct Step<'a> {
+    pub(super) message: MessageId,
+    /// Without its payload; `None` if it is not known.
+    pub(super) sent: Option<&'a Head>,
+    /// The tick that published it, with its node and its index among the ticks of the node.
+    pub(super) made: Option<(usize, usize, &'a TracedTick)>,
+}
+
 impl TracedTopic {
-    /// The message with this sequence number.
+    /// Returns the message with this sequence number.
     pub(super) fn message(&self, seq: u64) -> Option<&Head> {
         let index = place_of(&self.sent, seq, |sent| sent.seq);
         self.sent.get(index).filter(|sent| sent.seq == seq)
     }
 
-    /// Messages published after message number `seq`, oldest first.
+    /// Returns the messages published after message number `seq`, oldest first.
     pub(super) fn after(&self, seq: u64) -> impl Iterator<Item = &Head> {
         let next = seq.saturating_add(1);
         self.sent
             .range(place_of(&self.sent, next, |sent| sent.seq)..)
     }
 
-    /// The queue depth at run time `at`.
+    /// Returns the queue depth at run time `at`.
     pub(super) fn depth(&self, at: Time) -> usize {
         let known = self.depths.iter().rev().find(|(since, _)| *since <= at);
         known.map_or(1, |(_, depth)| depth.get())
@@ -35,12 +44,12 @@ impl TracedTopic {
 }
 
 impl Lineage {
-    /// A message that is known.
+    /// Returns a message that is known.
     pub fn head(&self, message: MessageId) -> Option<&Head> {
         self.topics.get(message.topic)?.message(message.seq)
     }
 
-    /// The index of a tick among the known ticks of its node.
+    /// Returns the index of a tick among the known ticks of its node.
     fn index_of(&self, tick: TickId) -> Option<usize> {
         let ticks = &self.nodes.get(tick.node)?.ticks;
         let index = place_of(ticks, tick.number, |known| known.tick.number);
@@ -48,29 +57,30 @@ impl Lineage {
         (known.tick.number == tick.number).then_some(index)
     }
 
-    /// The tick that published a message, as a node and the index of a tick.
+    /// Returns the tick that published a message, as a node and the index of a tick.
     pub fn made_by(&self, message: MessageId) -> Option<(usize, usize)> {
         let by = self.head(message)?.by?;
         Some((by.node, self.index_of(by)?))
     }
 
-    /// The messages published by the tick with this index of a node.
+    /// Returns the messages published by the tick with this index of a node.
     pub fn made(&self, node: usize, index: usize) -> Vec<MessageId> {
         let Some(worked) = self.nodes[node].ticks.get(index) else {
             return Vec::new();
         };
         let number = worked.tick.number;
         let by = Some(TickId { node, number });
-        let outputs = self.topology.topics.iter().enumerate();
-        outputs
+        self.topology
+            .topics
+            .iter()
+            .enumerate()
             .filter(|(_, topic)| topic.publishers.contains(&node))
             .flat_map(|(topic, _)| {
                 let sent = &self.topics[topic].sent;
                 let first = sent.partition_point(|sent| sent.at < worked.tick.at);
-                let made = sent
-                    .range(first..)
-                    .take_while(move |sent| sent.at <= worked.ends());
-                made.filter(move |sent| sent.by == by)
+                sent.range(first..)
+                    .take_while(move |sent| sent.at <= worked.ends())
+                    .filter(move |sent| sent.by == by)
                     .map(move |sent| MessageId {
                         topic,
                         seq: sent.seq,
@@ -79,48 +89,57 @@ impl Lineage {
             .collect()
     }
 
-    /// The messages that carried the data of `message`, newest first, each with its tick. Without a
-    /// path, follows the data of `source`.
+    /// Returns the messages that carried the data of `message`, newest first. Without a path,
+    /// follows the data of `source`.
     pub(super) fn steps(
         &self,
         message: MessageId,
         source: Option<usize>,
-    ) -> impl Iterator<Item = (MessageId, Option<(usize, usize)>)> {
+    ) -> impl Iterator<Item = Step<'_>> {
         let mut next = Some(message);
         iter::from_fn(move || {
-            let message = next?;
-            let made = self.made_by(message);
-            next = made.and_then(|tick| self.behind(message, tick, source));
-            Some((message, made))
+            let step = self.step(next?);
+            next = self.behind(&step, source);
+            Some(step)
         })
     }
 
-    /// The message that the data of another one came with, which the tick with this index
-    /// published; `None` if they begin with the tick.
-    fn behind(
-        &self,
-        message: MessageId,
-        (node, index): (usize, usize),
-        source: Option<usize>,
-    ) -> Option<MessageId> {
-        let from = self.head(message)?.from;
+    fn step(&self, message: MessageId) -> Step<'_> {
+        let sent = self.head(message);
+        let by = sent.and_then(|sent| sent.by);
+        let made = by.and_then(|by| {
+            let index = self.index_of(by)?;
+            let worked = &self.nodes[by.node].ticks[index];
+            Some((by.node, index, worked))
+        });
+        Step {
+            message,
+            sent,
+            made,
+        }
+    }
+
+    /// Returns the message that the data of another one came with, which a tick published; `None`
+    /// if they begin with the tick.
+    fn behind(&self, step: &Step<'_>, source: Option<usize>) -> Option<MessageId> {
+        let (_, _, worked) = step.made?;
+        let from = step.sent?.from;
         if from == Derived::Nothing {
             return None;
         }
         let from = from.message();
         let DataWay::Along(path) = &self.way else {
-            return from.or_else(|| self.newest_read(node, index, source?));
+            return from.or_else(|| self.newest_read(worked, source?));
         };
-        let place = path.iter().position(|topic| *topic == message.topic)?;
+        let place = path.iter().position(|topic| *topic == step.message.topic)?;
         let before = *path.get(place.checked_sub(1)?)?;
         from.filter(|from| from.topic == before)
-            .or_else(|| self.nodes[node].ticks[index].read_of(before))
+            .or_else(|| worked.read_of(before))
     }
 
     /// Of the messages that a tick and those before it read last, the one with the newest data from
     /// the node `source`; of two with the same data the one that came first.
-    fn newest_read(&self, node: usize, index: usize, source: usize) -> Option<MessageId> {
-        let worked = &self.nodes[node].ticks[index];
+    fn newest_read(&self, worked: &TracedTick, source: usize) -> Option<MessageId> {
         // Most nodes read one topic.
         if let ([read], Some(data)) = (&*worked.reads, &worked.beginnings) {
             return began_of(data, source).map(|_| *read);
@@ -132,8 +151,8 @@ impl Lineage {
         newest.max_by_key(|(data, _)| *data).map(|(_, read)| read)
     }
 
-    /// The message that a tick of an acting node applied, with the node that began its data where no
-    /// path tells the way.
+    /// Returns the message that a tick of an acting node applied, with the node that began its data
+    /// where no path tells the way.
     pub(super) fn applied_by(
         &self,
         node: usize,
@@ -144,20 +163,23 @@ impl Lineage {
             DataWay::Along(path) => Some((worked.read_of(*path.last()?)?, None)),
             DataWay::FromSource(source) => {
                 let source = source.or_else(|| self.first_source(worked))?;
-                Some((self.newest_read(node, index, source)?, Some(source)))
+                Some((self.newest_read(worked, source)?, Some(source)))
             }
         }
     }
 
-    /// The first node whose data are behind a tick: one that reads nothing, or else one that says
-    /// nothing of a sensing.
+    /// Returns the first node whose data are behind a tick: one that reads nothing, or else one
+    /// that says nothing of a sensing.
     fn first_source(&self, worked: &TracedTick) -> Option<usize> {
         let nodes = worked.beginnings.iter().flatten().map(|(node, _)| *node);
-        let mut reading_nothing = nodes.clone().filter(|node| self.nodes[*node].begins);
-        reading_nothing.next().or(nodes.clone().next())
+        nodes
+            .clone()
+            .find(|node| self.nodes[*node].begins)
+            .or(nodes.clone().next())
     }
 
-    /// When the data of a message began; `None` while the tick that published it is not settled.
+    /// Returns when the data of a message began; `None` while the tick that published it is not
+    /// settled.
     fn beginnings_of(&self, message: MessageId) -> Option<Beginnings> {
         let Some(sent) = self.head(message) else {
             let topic = self.topics.get(message.topic);
@@ -185,8 +207,8 @@ impl Lineage {
         Some(beginnings)
     }
 
-    /// The beginnings of all data behind a tick; `None` while the tick behind a message is not
-    /// settled.
+    /// Returns the beginnings of all data behind a tick; `None` while the tick behind a message is
+    /// not settled.
     fn beginnings_behind(&self, worked: &TracedTick) -> Option<Beginnings> {
         let mut all = Beginnings::new();
         for read in worked.reads() {
@@ -236,15 +258,17 @@ impl Lineage {
             open.retain(|(_, node, index)| !self.settle_tick(*node, *index));
         }
         for record in &mut self.nodes {
-            let ticks = record.ticks.range(record.settled..);
-            let settled = ticks.take_while(|worked| worked.beginnings.is_some());
+            let settled = record
+                .ticks
+                .range(record.settled..)
+                .take_while(|worked| worked.beginnings.is_some());
             record.settled += settled.count();
         }
     }
 }
 
-/// When data began with a message that this tick published: as the tick did, or as it ended if the node
-/// published then.
+/// Returns when data began with a message that this tick published: as the tick did, or as it ended
+/// if the node published then.
 pub(super) fn begin_of(sent: &Head, worked: &TracedTick) -> Time {
     if sent.origin.is_some() {
         worked.tick.at
@@ -253,8 +277,8 @@ pub(super) fn begin_of(sent: &Head, worked: &TracedTick) -> Time {
     }
 }
 
-/// The place of item number `number`, or of the next one. They are in order, and nearly always none is
-/// missing.
+/// Returns the place of item number `number`, or of the next one. They are in order, and nearly
+/// always none is missing.
 fn place_of<T>(items: &VecDeque<T>, number: u64, number_of: impl Fn(&T) -> u64) -> usize {
     let first = items.front().map_or(0, &number_of);
     let place = usize::try_from(number.saturating_sub(first)).unwrap_or(usize::MAX);
@@ -264,10 +288,10 @@ fn place_of<T>(items: &VecDeque<T>, number: u64, number_of: impl Fn(&T) -> u64) 
     }
 }
 
-/// When the newest data of the node `source` began.
+/// Returns when the newest data of the node `source` began.
 fn began_of(beginnings: &Beginnings, source: usize) -> Option<Time> {
-    let mut known = beginnings.iter();
-    known
+    beginnings
+        .iter()
         .find(|(node, _)| *node == source)
         .map(|(_, began)| *began)
 }

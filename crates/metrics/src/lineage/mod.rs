@@ -4,6 +4,7 @@
 //! recording. A graph without taps pays nothing for it.
 
 mod causes;
+mod over_time;
 mod parts;
 mod push;
 mod queue;
@@ -11,6 +12,7 @@ mod waits;
 
 use std::collections::VecDeque;
 
+pub use over_time::{AgeOverTime, mean_parts};
 pub use parts::{AgePart, AgeParts, AgeStage, nanos};
 pub use push::{Chain, PushInForce};
 pub use waits::{TickWait, WaitsFor};
@@ -75,13 +77,13 @@ fn is_long_before(oldest: Time, newest: Time) -> bool {
     newest.as_nanos().saturating_sub(oldest.as_nanos()) > KEPT_NS
 }
 
-/// Whether the oldest item makes room for another one.
+/// Returns whether the oldest item makes room for another one.
 fn is_over<T>(items: &VecDeque<T>, kept: usize, is_old: impl FnOnce(&T) -> bool) -> bool {
     let is_oldest_old = || items.front().is_some_and(is_old);
     items.len() >= kept || items.len() >= kept / 8 && is_oldest_old()
 }
 
-/// Time of the sensing that a message was derived from, by the clock of that stamp.
+/// Returns the time of the sensing that a message was derived from, by the clock of that stamp.
 pub fn sensing_of(head: &Head) -> Time {
     head.origin.unwrap_or(head.stamp)
 }
@@ -108,18 +110,18 @@ pub struct TracedTick {
 }
 
 impl TracedTick {
-    /// Run time of its end, when it publishes and acts; [`Time::MAX`] if the run ended
+    /// Returns the run time of its end, when it publishes and acts; [`Time::MAX`] if the run ended
     /// before.
     fn ends(&self) -> Time {
         self.tick.ends.unwrap_or(Time::MAX)
     }
 
-    /// The message that the node had read last on each topic, by this tick or before.
+    /// Returns the message that the node had read last on each topic, by this tick or before.
     pub fn reads(&self) -> impl Iterator<Item = MessageId> {
         self.reads.iter().copied()
     }
 
-    /// The message that it read from the topic with this index.
+    /// Returns the message that it read from the topic with this index.
     fn read_of(&self, topic: usize) -> Option<MessageId> {
         self.reads().find(|read| read.topic == topic)
     }
@@ -200,18 +202,20 @@ impl Lineage {
         self.settle();
     }
 
-    /// The nodes that read nothing, and so begin data.
+    /// Returns the nodes that read nothing, and so begin data.
     pub fn sources(&self) -> impl Iterator<Item = usize> {
-        let nodes = self.nodes.iter().enumerate();
-        nodes.filter_map(|(index, node)| node.begins.then_some(index))
+        self.nodes
+            .iter()
+            .enumerate()
+            .filter_map(|(index, node)| node.begins.then_some(index))
     }
 
-    /// Whether any action of the node with index `node` is known.
+    /// Returns whether any action of the node with index `node` is known.
     pub fn acts_on_the_world(&self, node: usize) -> bool {
         self.nodes[node].acts
     }
 
-    /// The graph.
+    /// Returns the graph.
     pub fn topology(&self) -> &Topology {
         &self.topology
     }
@@ -241,11 +245,17 @@ impl Lineage {
             return;
         };
         let mut reads = Reads::new();
-        let own = tick.causes.reads.iter().rev();
-        own.for_each(|read| add_read(&mut reads, read.message));
+        tick.causes
+            .reads
+            .iter()
+            .rev()
+            .for_each(|read| add_read(&mut reads, read.message));
         reads.reverse();
-        let before = node.ticks.back().into_iter().flat_map(TracedTick::reads);
-        before.for_each(|read| add_read(&mut reads, read));
+        node.ticks
+            .back()
+            .into_iter()
+            .flat_map(TracedTick::reads)
+            .for_each(|read| add_read(&mut reads, read));
         node.acts |= tick.push.is_some();
         let is_old = |oldest: &TracedTick| is_long_before(oldest.tick.at, tick.at);
         if is_over(&node.ticks, self.kept, is_old) {
@@ -275,12 +285,12 @@ impl Lineage {
         }
     }
 
-    /// The ticks of the node with index `node`, oldest first.
+    /// Returns the ticks of the node with index `node`, oldest first.
     pub fn ticks(&self, node: usize) -> impl DoubleEndedIterator<Item = &TracedTick> {
         self.nodes[node].ticks.iter()
     }
 
-    /// The ticks of a node that were running between two run times, and the one before
+    /// Returns the ticks of a node that were running between two run times, and the one before
     /// them, each with its index.
     pub fn ticks_between(
         &self,
@@ -295,7 +305,7 @@ impl Lineage {
         (first..last).zip(ticks.range(first..last))
     }
 
-    /// The messages of the topic with index `topic`, oldest first.
+    /// Returns the messages of the topic with index `topic`, oldest first.
     pub fn sent(&self, topic: usize) -> impl DoubleEndedIterator<Item = &Head> {
         self.topics[topic].sent.iter()
     }

@@ -2,10 +2,14 @@
 
 use std::time::Duration;
 
-use ratelab::{MessageId, Time, Topology};
+use ratelab::{Head, MessageId, Time, Topology};
 use smallvec::SmallVec;
 
-use super::{DataWay, Lineage, TracedTick, causes::begin_of, sensing_of};
+use super::{
+    DataWay, Lineage, TracedTick,
+    causes::{Step, begin_of},
+    sensing_of,
+};
 
 /// Maximum number of messages in a chain.
 pub(super) const MOST_HOPS: usize = 64;
@@ -44,8 +48,8 @@ pub enum AgeStage {
 }
 
 impl AgeStage {
-    /// The name of the node or topic that it is due to; empty for what is before the first known
-    /// tick.
+    /// Returns the name of the node or topic that it is due to; empty for what is before the first
+    /// known tick.
     pub fn owner(self, topology: &Topology) -> &str {
         let place = self.place();
         match self {
@@ -57,7 +61,7 @@ impl AgeStage {
         }
     }
 
-    /// The index of that node or topic.
+    /// Returns the index of that node or topic.
     pub fn place(self) -> usize {
         match self {
             Self::Before => usize::MAX,
@@ -73,22 +77,22 @@ impl AgeStage {
         }
     }
 
-    /// Its name in JSON and tables.
+    /// Returns its name in JSON and tables.
     pub fn key(self) -> &'static str {
         self.names()[0]
     }
 
-    /// Its name in a report, to be followed by its owner.
+    /// Returns its name in a report, to be followed by its owner.
     pub fn title(self) -> &'static str {
         self.names()[1]
     }
 
-    /// What the data did meanwhile, in a word: of several stages the same.
+    /// Returns what the data did meanwhile, in a word: of several stages the same.
     pub fn word(self) -> &'static str {
         self.names()[2]
     }
 
-    /// Its description with `{}` for the owner, to follow a number of milliseconds.
+    /// Returns its description with `{}` for the owner, to follow a number of milliseconds.
     pub fn phrase(self) -> &'static str {
         self.names()[3]
     }
@@ -145,7 +149,7 @@ pub struct AgeParts {
 }
 
 impl AgeParts {
-    /// The age (ns); negative after a clock error.
+    /// Returns the age (ns); negative after a clock error.
     pub fn sum_ns(&self) -> i64 {
         let parts = self.parts.iter().map(|part| nanos(part.took));
         self.before_ns + parts.sum::<i64>()
@@ -160,61 +164,58 @@ impl AgeParts {
     }
 }
 
-/// The duration in nanoseconds, signed like an age; longer than any run on overflow.
+/// Returns the duration in nanoseconds, signed like an age; longer than any run on overflow.
 pub fn nanos(duration: Duration) -> i64 {
     i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
 }
 
 impl Lineage {
-    /// The parts of the age of a message at its delivery, from the sensing on; of its data from the
-    /// node `source` where no path tells the way. `None` where not all of its chain is known.
+    /// Returns the parts of the age of a message at its delivery, from the sensing on; of its data
+    /// from the node `source` where no path tells the way. `None` where not all of its chain is
+    /// known.
     pub(super) fn parts_at_arrival(
         &self,
         message: MessageId,
         source: Option<usize>,
     ) -> Option<AgeParts> {
         let steps = self.steps(message, source).take(MOST_HOPS + 1);
-        let steps: SmallVec<[_; 8]> = steps.collect();
+        let steps: SmallVec<[Step<'_>; 4]> = steps.collect();
+        if steps.len() > MOST_HOPS {
+            return None;
+        }
         let mut parts = AgeParts {
             parts: Vec::with_capacity(4 * steps.len()),
             before_ns: 0,
         };
-        let mut read = None;
-        let is_whole = steps.len() <= MOST_HOPS;
-        for (message, made) in steps.into_iter().rev().filter(|_| is_whole) {
-            let sent = self.head(message)?;
-            match (made, read) {
-                (Some((node, index)), Some(read)) => {
+        let mut read: Option<(MessageId, &Head)> = None;
+        for Step {
+            message,
+            sent,
+            made,
+        } in steps.iter().rev()
+        {
+            let (message, sent) = (*message, (*sent)?);
+            match (*made, read) {
+                (Some((node, index, worked)), Some(read)) => {
                     self.add_reading(&mut parts, read, node, index);
+                    parts.add(AgeStage::Cost(node), works_from(read.1, worked), sent.at);
                 }
-                (Some((node, _)), None) if self.may_begin(message, node, source) => {}
+                (Some((node, _, worked)), None) if self.may_begin(message, node, source) => {
+                    parts.add(AgeStage::Cost(node), begin_of(sent, worked), sent.at);
+                }
                 (None, None) if sent.by.is_none() => {
                     parts.before_ns = signed(sent.at) - signed(sensing_of(sent));
                 }
                 // No data of this chain came with it yet, or what is known of the run begins later.
                 _ => return None,
             }
-            if let Some((node, index)) = made {
-                let worked = &self.nodes[node].ticks[index];
-                let began = read.map_or_else(
-                    || begin_of(sent, worked),
-                    |read| self.works_from(read, worked),
-                );
-                parts.add(AgeStage::Cost(node), began, sent.at);
-            }
             parts.add(AgeStage::Link(message.topic), sent.at, sent.arrives?);
-            read = Some(message);
+            read = Some((message, sent));
         }
-        is_whole.then_some(parts)
+        Some(parts)
     }
 
-    /// From when on a tick works on a message: its start, or the delivery of one that it reads later.
-    pub(super) fn works_from(&self, read: MessageId, worked: &TracedTick) -> Time {
-        let arrives = self.head(read).and_then(|sent| sent.arrives);
-        worked.tick.at.max(arrives.unwrap_or_default())
-    }
-
-    /// Whether data may begin with a message that this node published.
+    /// Returns whether data may begin with a message that this node published.
     fn may_begin(&self, message: MessageId, node: usize, source: Option<usize>) -> bool {
         match &self.way {
             DataWay::Along(path) => path.first() == Some(&message.topic),
@@ -227,13 +228,10 @@ impl Lineage {
     pub(super) fn add_reading(
         &self,
         parts: &mut AgeParts,
-        message: MessageId,
+        (message, sent): (MessageId, &Head),
         node: usize,
         index: usize,
     ) {
-        let Some(sent) = self.head(message) else {
-            return;
-        };
         let MessageId { topic, .. } = message;
         let (ticks, arrives) = (&self.nodes[node].ticks, sent.arrives.unwrap_or_default());
         let at = |index: usize| ticks[index].tick.at;
@@ -261,9 +259,9 @@ impl Lineage {
         parts.add(AgeStage::Reuse(topic), at(first_read), at(index));
     }
 
-    /// The topic that a message of this `topic` waited for in the set of a tick: the one whose message
-    /// completed the set; of messages that came at once another one. `None` for a node that does not
-    /// tick on sets.
+    /// Returns the topic that a message of this `topic` waited for in the set of a tick: the one
+    /// whose message completed the set; of messages that came at once another one. `None` for a
+    /// node that does not tick on sets.
     pub(super) fn waited_for(&self, node: usize, index: usize, topic: usize) -> Option<usize> {
         let triggers = &self.topology.nodes[node].triggers;
         let worked = &self.nodes[node].ticks[index];
@@ -274,12 +272,17 @@ impl Lineage {
             let arrives = self.head(*read).and_then(|sent| sent.arrives);
             triggers.contains(&read.topic) && arrives == Some(tick.due())
         };
-        let mut others = worked.reads().filter(|read| read.topic != topic);
-        let tie = others.find(last).filter(|_| completed == topic);
-        Some(tie.map_or(completed, |read| read.topic))
+        Some(
+            worked
+                .reads()
+                .filter(|read| read.topic != topic)
+                .find(last)
+                .filter(|_| completed == topic)
+                .map_or(completed, |read| read.topic),
+        )
     }
 
-    /// The release of a tick: before its start where the node has an executor.
+    /// Returns the release of a tick: before its start where the node has an executor.
     pub(super) fn released(&self, node: usize, index: usize) -> Time {
         let tick = &self.nodes[node].ticks[index].tick;
         match self.topology.nodes[node].executor {
@@ -288,7 +291,7 @@ impl Lineage {
         }
     }
 
-    /// The first tick of a node in the unbroken series of reads of this message that ends
+    /// Returns the first tick of a node in the unbroken series of reads of this message that ends
     /// with the tick `index`.
     pub(super) fn first_read(&self, message: MessageId, node: usize, index: usize) -> usize {
         let ticks = &self.nodes[node].ticks;
@@ -296,19 +299,24 @@ impl Lineage {
         index - (0..index).rev().take_while(again).count()
     }
 
-    /// The first tick of a node that could have read a message, but read an older one of its queue,
-    /// up to the one that read it first.
+    /// Returns the first tick of a node that could have read a message, but read an older one of
+    /// its queue, up to the one that read it first.
     fn first_chance(&self, message: MessageId, node: usize, first_read: usize) -> usize {
         let ticks = &self.nodes[node].ticks;
         let found = |index: &usize| {
-            let mut reads = ticks[*index].tick.causes.reads.iter();
-            reads.any(|read| {
+            ticks[*index].tick.causes.reads.iter().any(|read| {
                 let is_older = read.message.seq < message.seq && read.newest >= message.seq;
                 read.message.topic == message.topic && is_older
             })
         };
         first_read - (0..first_read).rev().take_while(found).count()
     }
+}
+
+/// Returns from when on a tick works on a message: its start, or the delivery of one that it reads
+/// later.
+pub(super) fn works_from(sent: &Head, worked: &TracedTick) -> Time {
+    worked.tick.at.max(sent.arrives.unwrap_or_default())
 }
 
 pub(super) fn signed(time: Time) -> i64 {

@@ -6,7 +6,7 @@ use ratelab::{MessageId, Time};
 
 use super::{
     DataWay, Lineage, TracedTick,
-    parts::{AgeParts, AgeStage, MOST_HOPS, signed},
+    parts::{AgeParts, AgeStage, MOST_HOPS, signed, works_from},
 };
 
 /// An action in force for a stretch of run time.
@@ -30,7 +30,7 @@ pub struct PushInForce {
 }
 
 impl PushInForce {
-    /// The parts of its age at run time `at`.
+    /// Returns the parts of its age at run time `at`.
     pub fn parts(&self, at: Time) -> AgeParts {
         let mut parts = self.parts.clone();
         for (stage, from, to) in self.growing() {
@@ -39,13 +39,13 @@ impl PushInForce {
         parts
     }
 
-    /// The parts of its age at its first application.
+    /// Returns the parts of its age at its first application.
     pub fn applied(&self) -> &AgeParts {
         &self.parts
     }
 
-    /// What its age grows by after that, with the run times between which each part grows: held,
-    /// waiting for a match, and for the node. [`Time::MAX`] for never.
+    /// Returns what its age grows by after that, with the run times between which each part grows:
+    /// held, waiting for a match, and for the node. [`Time::MAX`] for never.
     pub fn growing(&self) -> [(AgeStage, Time, Time); 3] {
         let (node, topic) = (self.node, self.message.topic);
         let outdated = self.outdated.unwrap_or(Time::MAX).max(self.since);
@@ -60,7 +60,7 @@ impl PushInForce {
 }
 
 impl Lineage {
-    /// The push of the node with index `node` in force at run time `at`; `None` before
+    /// Returns the push of the node with index `node` in force at run time `at`; `None` before
     /// the first push, and where its chain is unknown.
     pub fn push_at(&self, node: usize, at: Time) -> Option<PushInForce> {
         let ticks = &self.nodes.get(node)?.ticks;
@@ -69,25 +69,26 @@ impl Lineage {
         self.push_of(node, last)
     }
 
-    /// Whether a tick acts: one of a node whose actions are recorded has one. The end of another chain
-    /// acts in each tick.
+    /// Returns whether a tick acts: one of a node whose actions are recorded has one. The end of
+    /// another chain acts in each tick.
     fn acts(&self, node: usize, index: usize) -> bool {
         let known = &self.nodes[node];
         let is_chain = self.beside && matches!(self.way, DataWay::Along(_));
         is_chain || !known.acts || known.ticks[index].tick.push.is_some()
     }
 
-    /// The push applied by the tick with this index, for the first time or again.
+    /// Returns the push applied by the tick with this index, for the first time or again.
     pub(super) fn push_of(&self, node: usize, index: usize) -> Option<PushInForce> {
         let ticks = &self.nodes[node].ticks;
         let (message, source) = self.applied_by(node, index)?;
         let mut series = self.first_read(message, node, index)..=index;
         let first = series.find(|index| self.acts(node, *index))?;
         let mut parts = self.parts_at_arrival(message, source)?;
-        self.add_reading(&mut parts, message, node, first);
+        let sent = self.head(message)?;
+        self.add_reading(&mut parts, (message, sent), node, first);
         let TracedTick { tick, .. } = &ticks[first];
         let since = tick.ends?;
-        let began = self.works_from(message, &ticks[first]);
+        let began = works_from(sent, &ticks[first]);
         parts.add(AgeStage::Cost(node), began, since);
         // That of another chain through the node is not measured by its pushes.
         if let Some(push) = ticks[index].tick.push.filter(|_| !self.beside) {
@@ -113,7 +114,7 @@ impl Lineage {
         })
     }
 
-    /// What the set after that with a message waits for, and until when.
+    /// Returns what the set after that with a message waits for, and until when.
     fn next_match(&self, message: MessageId, node: usize, index: usize) -> Option<(usize, Time)> {
         let MessageId { topic, .. } = message;
         let ticks = &self.nodes[node].ticks;
@@ -129,7 +130,7 @@ impl Lineage {
         Some((others.find(|other| *other != topic)?, Time::MAX))
     }
 
-    /// All pushes of a node with known chains, oldest first.
+    /// Returns all pushes of a node with known chains, oldest first.
     pub fn pushes(&self, node: usize) -> Vec<PushInForce> {
         let mut pushes: Vec<PushInForce> = Vec::new();
         let ticks = 0..self.nodes[node].ticks.len();
@@ -143,15 +144,17 @@ impl Lineage {
         pushes
     }
 
-    /// Run time of a node's first known push; zero if there is none.
+    /// Returns the run time of a node's first known push; zero if there is none.
     pub fn first_push(&self, node: usize) -> Time {
-        let mut ticks = self.nodes[node].ticks.iter();
-        let first = ticks.find(|worked| !worked.reads.is_empty());
+        let first = self.nodes[node]
+            .ticks
+            .iter()
+            .find(|worked| !worked.reads.is_empty());
         first.and_then(|first| first.tick.ends).unwrap_or_default()
     }
 
-    /// The pushes of a node in force between two run times, newest first, each with the end of
-    /// that; up to one whose chain is unknown.
+    /// Returns the pushes of a node in force between two run times, newest first, each with the end
+    /// of that; up to one whose chain is unknown.
     pub fn pushes_between(
         &self,
         node: usize,
@@ -173,7 +176,7 @@ impl Lineage {
         })
     }
 
-    /// The greatest push age of a node over run time `from` to `to`.
+    /// Returns the greatest push age of a node over run time `from` to `to`.
     pub fn greatest_age(&self, node: usize, from: Time, to: Time) -> Duration {
         let pushes = self.pushes_between(node, from, to);
         let greatest = pushes.map(|(push, end)| push.parts(end).sum_ns()).max();
@@ -192,15 +195,17 @@ pub struct Chain {
 }
 
 impl Lineage {
-    /// The chain behind `push`, back to the sensing.
+    /// Returns the chain behind `push`, back to the sensing.
     pub fn chain_of(&self, push: &PushInForce) -> Chain {
         let mut chain = Chain::default();
         let ticks = &self.nodes[push.node].ticks;
         let acts = ticks.partition_point(|worked| worked.ends() < push.since);
         chain.ticks.push((push.node, acts));
-        for (message, made) in self.steps(push.message, push.source).take(MOST_HOPS) {
-            chain.messages.push(message);
-            chain.ticks.extend(made);
+        for step in self.steps(push.message, push.source).take(MOST_HOPS) {
+            chain.messages.push(step.message);
+            chain
+                .ticks
+                .extend(step.made.map(|(node, index, _)| (node, index)));
         }
         chain
     }

@@ -7,7 +7,7 @@ use ratelab::Time;
 use super::Lineage;
 
 impl Lineage {
-    /// The number of messages in the queue of a topic that a reader has still to read, at
+    /// Returns the number of messages in the queue of a topic that a reader has still to read, at
     /// each change.
     pub fn queue(&self, topic: usize, reader: usize) -> Vec<(Time, usize)> {
         let record = &self.topics[topic];

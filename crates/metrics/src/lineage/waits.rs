@@ -32,7 +32,8 @@ pub enum WaitsFor {
 }
 
 impl Lineage {
-    /// The waits of a tick before it began: for a match, then for its executor or its thread.
+    /// Returns the waits of a tick before it began: for a match, then for its executor or its
+    /// thread.
     pub fn waits(&self, node: usize, index: usize) -> Vec<TickWait> {
         let Some(TracedTick { tick, .. }) = self.nodes[node].ticks.get(index) else {
             return Vec::new();
@@ -40,12 +41,14 @@ impl Lineage {
         let (from, to, what) = (tick.due(), tick.at, WaitsFor::Thread);
         let late = TickWait { from, to, what };
         let begins = self.waited(node, index).unwrap_or(late);
-        let matched = self.waited_for_match(node, index).into_iter();
-        let waits = matched.chain([begins]);
-        waits.filter(|wait| wait.from < wait.to).collect()
+        self.waited_for_match(node, index)
+            .into_iter()
+            .chain([begins])
+            .filter(|wait| wait.from < wait.to)
+            .collect()
     }
 
-    /// The longest wait for a match among the messages of a tick, from the end of the tick
+    /// Returns the longest wait for a match among the messages of a tick, from the end of the tick
     /// before. `None` if none of them waited.
     fn waited_for_match(&self, node: usize, index: usize) -> Option<TickWait> {
         let ticks = &self.nodes[node].ticks;
@@ -65,8 +68,8 @@ impl Lineage {
         waits.min_by_key(|wait| wait.from)
     }
 
-    /// The wait of a tick for its executor, with the node that ran the longest meanwhile, or in
-    /// the last 200 ms of it. Of several threads one may be free: then a node of its callback
+    /// Returns the wait of a tick for its executor, with the node that ran the longest meanwhile,
+    /// or in the last 200 ms of it. Of several threads one may be free: then a node of its callback
     /// group is what it waited for.
     /// `None` if it did not wait, or had a thread of its own.
     fn waited(&self, node: usize, index: usize) -> Option<TickWait> {
@@ -85,7 +88,7 @@ impl Lineage {
         Some(TickWait { from, to, what })
     }
 
-    /// The other nodes on the threads of a node's executor.
+    /// Returns the other nodes on the threads of a node's executor.
     pub(super) fn companions(&self, node: usize) -> impl Iterator<Item = usize> {
         let nodes = &self.topology.nodes;
         let executor = nodes[node].executor_index;
@@ -93,7 +96,8 @@ impl Lineage {
         others.filter(move |other| executor.is_some() && nodes[*other].executor_index == executor)
     }
 
-    /// Whether two nodes are in one mutually exclusive group of an executor with several threads.
+    /// Returns whether two nodes are in one mutually exclusive group of an executor with several
+    /// threads.
     fn excludes(&self, node: usize, other: usize) -> bool {
         let [one, other] = [node, other].map(|node| &self.topology.nodes[node]);
         let executor = self.nodes[node].executor;
@@ -102,7 +106,7 @@ impl Lineage {
         several && one.group.is_some() && one.group == other.group
     }
 
-    /// The time for which a node had a core between two run times.
+    /// Returns the time for which a node had a core between two run times.
     fn ran(&self, node: usize, from: Time, to: Time) -> Duration {
         let overlap = |begin: Time, end: Time| end.min(to).since(begin.max(from));
         let ticks = self.ticks_between(node, from, to);
@@ -114,7 +118,7 @@ impl Lineage {
         ran.sum()
     }
 
-    /// The stretches for which a tick was set aside for more urgent ones, on a preemptive
+    /// Returns the stretches for which a tick was set aside for more urgent ones, on a preemptive
     /// executor with one core: on several cores the ticks alone do not tell.
     pub fn set_aside(&self, node: usize, index: usize) -> Vec<TickWait> {
         let own = self.nodes[node].ticks.get(index);
@@ -128,21 +132,20 @@ impl Lineage {
         let inside =
             |worked: &&TracedTick| worked.tick.at > own.tick.at && worked.tick.at < own.ends();
         let others = self.companions(node).flat_map(|other| {
-            let ticks = self
-                .ticks_between(other, own.tick.at, own.ends())
+            self.ticks_between(other, own.tick.at, own.ends())
                 .map(|(_, worked)| worked)
-                .filter(inside);
-            ticks.map(move |worked| TickWait {
-                from: worked.tick.at,
-                to: worked.ends().min(own.ends()),
-                what: WaitsFor::Node(other),
-            })
+                .filter(inside)
+                .map(move |worked| TickWait {
+                    from: worked.tick.at,
+                    to: worked.ends().min(own.ends()),
+                    what: WaitsFor::Node(other),
+                })
         });
         outermost(others.collect())
     }
 }
 
-/// The stretches that are in no other one, in order.
+/// Returns the stretches that are in no other one, in order.
 fn outermost(mut stretches: Vec<TickWait>) -> Vec<TickWait> {
     stretches.sort_by_key(|stretch| (stretch.from, std::cmp::Reverse(stretch.to)));
     let mut until = Time::ZERO;

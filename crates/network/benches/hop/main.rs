@@ -60,7 +60,7 @@ fn print(hz: u32, hops: &mut [Hops; Way::ALL.len()]) {
     }
 }
 
-/// The least value that a `share` of all does not exceed.
+/// Returns the least value that a `share` of all does not exceed.
 fn quantile(values: &mut [i64], share: f64) -> f64 {
     values.sort_unstable();
     let rank = (values.len() as f64 * share).ceil() as usize;

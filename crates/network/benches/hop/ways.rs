@@ -150,7 +150,7 @@ fn receive(experiment: Experiment, bridge: Option<Bridge>, hops: &mut Hops) {
     hops.receiver.push(run.join().expect("a run"));
 }
 
-/// The part of the graph with one `node`, once the other is there.
+/// Returns the part of the graph with one `node`, once the other is there.
 fn part(hz: u32, node: &str, end: SessionEnd) -> (Experiment, Bridge) {
     let here = [node.to_owned()];
     let part = Experiment::part(Arc::new(Hop(hz)), &config(), &here).expect("a part");
@@ -177,7 +177,7 @@ fn start(way: Way, address: &str, hz: u32) -> Child {
     command.stdout(Stdio::piped()).spawn().expect("a sender")
 }
 
-/// The CPU time that a sender prints at its end.
+/// Returns the CPU time that a sender prints at its end.
 fn cpu_of(mut sender: Child) -> f64 {
     let mut text = String::new();
     let mut output = sender.stdout.take().expect("piped");
@@ -186,7 +186,7 @@ fn cpu_of(mut sender: Child) -> f64 {
     text.trim().parse().expect("a number")
 }
 
-/// The CPU time of this process during `work`, by wall time.
+/// Returns the CPU time of this process during `work`, by wall time.
 fn with_cpu(work: impl FnOnce()) -> f64 {
     let cpu = || {
         let used = clock_gettime(ClockId::ProcessCPUTime);

@@ -47,7 +47,7 @@ pub struct GatheredRun {
 }
 
 impl GatheredRun {
-    /// A run of which nothing is known yet. The topics that are `known` can be recorded.
+    /// Creates a run of which nothing is known yet. The topics that are `known` can be recorded.
     pub fn new(
         system: &Arc<dyn System>,
         config: &Config,
@@ -81,12 +81,12 @@ impl GatheredRun {
         }
     }
 
-    /// The chains behind its actions.
+    /// Returns the chains behind its actions.
     pub fn lineage(&self) -> &Lineage {
         &self.lineage
     }
 
-    /// The messages since the last call, by the index of their topic.
+    /// Returns the messages since the last call, by the index of their topic.
     pub fn take_rows(&mut self) -> BTreeMap<usize, Rows> {
         mem::take(&mut self.new_rows)
     }
@@ -131,7 +131,7 @@ impl GatheredRun {
         self.relay.tick(node, tick, place.missing);
     }
 
-    /// A message that a tick read, as it is numbered here.
+    /// Returns a message that a tick read, as it is numbered here.
     fn read(&self, read: &Read) -> Option<TopicRead> {
         let message = self.numbered(read.message)?;
         Some(TopicRead {
@@ -141,7 +141,7 @@ impl GatheredRun {
         })
     }
 
-    /// A message as it is numbered here.
+    /// Returns a message as it is numbered here.
     fn numbered(&self, sent: SentMessage) -> Option<MessageId> {
         let SentMessage {
             topic,
@@ -234,7 +234,7 @@ impl GatheredRun {
         self.counters.set_now(now);
     }
 
-    /// How it ended, if that is known.
+    /// Returns how it ended, if that is known.
     pub fn exit(&self) -> Option<Result<ClockExit, String>> {
         let mut ended = self
             .observer
@@ -255,7 +255,7 @@ impl GatheredRun {
         ended.next().or_else(completed)
     }
 
-    /// The end of the run, for a recording.
+    /// Returns the end of the run, for a recording.
     pub fn end(&self) -> StopReason {
         match self.exit() {
             None => StopReason::Off,
@@ -264,7 +264,7 @@ impl GatheredRun {
         }
     }
 
-    /// The summary of what is known, of a run that ended by `exit`.
+    /// Returns the summary of what is known, of a run that ended by `exit`.
     pub fn summary(&self, exit: &ClockExit) -> Summary {
         let now = self.observer.now().min(self.config.end);
         let at = match exit {

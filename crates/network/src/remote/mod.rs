@@ -161,7 +161,7 @@ impl RemoteRun {
         self.began = Instant::now();
     }
 
-    /// Whether the run is over, and `node` was in the process that began it.
+    /// Returns whether the run is over, and `node` was in the process that began it.
     fn has_left_after(&self, node: &str) -> bool {
         let began = self.processes.hub().is_some_and(|hub| hub.runs(node));
         began && self.gathered.exit().is_some()
@@ -187,7 +187,7 @@ impl RemoteRun {
         lock(&self.recordings)
     }
 
-    /// The run for a recorder.
+    /// Returns the run for a recorder.
     fn source(&self) -> Source {
         let (system, gathered) = (self.system.clone(), &self.gathered);
         let (config, topology) = (gathered.config.clone(), gathered.topology.clone());
@@ -258,7 +258,7 @@ impl RemoteRun {
         }
     }
 
-    /// The run time now, less what is held back; `None` before the run.
+    /// Returns the run time now, less what is held back; `None` before the run.
     fn ripe(&self) -> Option<Time> {
         let (zero, _) = self.processes.zero()?;
         let hold = Nanos::try_from(HOLD.as_nanos()).ok()?;
@@ -285,11 +285,15 @@ impl RemoteRun {
         self.arrivals.retain(|_, at| *at + HOLD * 4 > ripe);
     }
 
-    /// Whether a recording that begins now would lack a process that has yet to answer: its
+    /// Returns whether a recording that begins now would lack a process that has yet to answer: its
     /// head names them all.
     fn awaits_process(&self, ripe: Time) -> bool {
-        let mut nodes = self.gathered.topology.nodes.iter();
-        let knows_all = nodes.all(|node| self.processes.with_node(&node.name).is_some());
+        let knows_all = self
+            .gathered
+            .topology
+            .nodes
+            .iter()
+            .all(|node| self.processes.with_node(&node.name).is_some());
         !knows_all && ripe < Time::ZERO + GREETING && self.recordings().is_waiting()
     }
 
@@ -318,7 +322,7 @@ impl RemoteRun {
         self.gathered.settle();
     }
 
-    /// When a message reached its reader; `None` if it did not. Within a process it is at
+    /// Returns when a message reached its reader; `None` if it did not. Within a process it is at
     /// once.
     fn arrives(&mut self, from: u64, message: &PublishedMessage) -> Option<Time> {
         let graph = &self.gathered.topology;
@@ -350,7 +354,7 @@ impl Drop for RemoteRun {
     }
 }
 
-/// Run time `time`, `shift` ns later.
+/// Returns the run time `time`, `shift` ns later.
 fn shifted(time: Time, shift: Nanos) -> Time {
     let at = i128::from(time.as_nanos()) + i128::from(shift);
     Time::from_nanos(u64::try_from(at.max(0)).unwrap_or(u64::MAX))

@@ -16,7 +16,7 @@ struct Count {
 }
 
 impl Count {
-    /// What `process` calls `count`, after all that earlier processes counted.
+    /// Returns what `process` calls `count`, after all that earlier processes counted.
     fn after_others(&mut self, process: u64, count: u64) -> u64 {
         if self.process != process {
             self.earlier.push((self.process, self.before));
@@ -26,7 +26,7 @@ impl Count {
         self.before.saturating_add(count)
     }
 
-    /// What `process` calls `count`, if anything of that process has come.
+    /// Returns what `process` calls `count`, if anything of that process has come.
     fn known(&self, process: u64, count: u64) -> Option<u64> {
         let now = [(self.process, self.before)];
         let mut processes = now.iter().chain(self.earlier.iter().rev());
@@ -52,7 +52,7 @@ pub struct SeriesPlace {
 }
 
 impl Numbering {
-    /// The place in `series` of the item that `process` calls `number`, at run time `at`;
+    /// Returns the place in `series` of the item that `process` calls `number`, at run time `at`;
     /// `None` if it was there already.
     pub fn place(
         &mut self,
@@ -76,8 +76,8 @@ impl Numbering {
 }
 
 impl Numbering {
-    /// The number in `series` of the item that `process` calls `number`; `None` if nothing of that
-    /// process has come.
+    /// Returns the number in `series` of the item that `process` calls `number`; `None` if nothing
+    /// of that process has come.
     pub fn known(&self, series: usize, process: u64, number: u64) -> Option<u64> {
         self.0.get(&series)?.0.known(process, number)
     }
@@ -88,7 +88,7 @@ impl Numbering {
 pub struct Totals(HashMap<usize, Count>);
 
 impl Totals {
-    /// The total of `counter`, of which `process` has counted `count`.
+    /// Returns the total of `counter`, of which `process` has counted `count`.
     pub fn total(&mut self, counter: usize, process: u64, count: u64) -> u64 {
         let total = self.0.entry(counter).or_default();
         total.now = total.after_others(process, count).max(total.now);

@@ -60,7 +60,7 @@ impl Process {
         }
     }
 
-    /// Messages of a topic lost unread in this run.
+    /// Returns the messages of a topic lost unread in this run.
     fn dropped(&self, topic: usize) -> u64 {
         let counts = self.counts.iter().filter(|counts| counts.topic == topic);
         let all = total(counts.map(|counts| counts.dropped));
@@ -69,7 +69,7 @@ impl Process {
 }
 
 impl Processes {
-    /// The process that listens.
+    /// Returns the process that listens.
     pub fn hub(&self) -> Option<&Info> {
         self.hub.as_ref()
     }
@@ -97,7 +97,7 @@ impl Processes {
         self.clocks.insert(clock, ahead);
     }
 
-    /// Whether a process is known.
+    /// Returns whether a process is known.
     pub fn know(&self, incarnation: u64) -> bool {
         self.all.contains_key(&incarnation)
     }
@@ -139,7 +139,7 @@ impl Processes {
         }
     }
 
-    /// Run time zero by our clock, with its error; `None` before the run.
+    /// Returns the run time zero by our clock, with its error; `None` before the run.
     pub fn zero(&self) -> Option<(Nanos, Nanos)> {
         let hub = self.hub.as_ref()?;
         self.moment(hub, hub.zero?)
@@ -151,8 +151,8 @@ impl Processes {
         Some((estimate.ours(moment), estimate.bound))
     }
 
-    /// What is to be added to run times (ns) of process `from`, whose run began at `zero`, and
-    /// the greatest error of that; `None` while unknown.
+    /// Returns what is to be added to run times (ns) of process `from`, whose run began at `zero`,
+    /// and the greatest error of that; `None` while unknown.
     pub fn shift(&self, from: u64, zero: Nanos) -> Option<(Nanos, Nanos)> {
         let (hub, process) = (self.hub.as_ref()?, &self.all.get(&from)?.info);
         if process.clock == hub.clock {
@@ -182,26 +182,25 @@ impl Processes {
         events.iter().skip(skip).filter(is_shown).collect()
     }
 
-    /// Messages of a topic lost unread so far, in all processes.
+    /// Returns the messages of a topic lost unread so far, in all processes.
     pub fn dropped(&self, topic: usize) -> u64 {
-        let processes = self.all.values();
-        let now = processes.map(|process| process.dropped(topic));
+        let now = self.all.values().map(|process| process.dropped(topic));
         total(now.chain(self.dropped_before.get(&topic).copied()))
     }
 
-    /// Whether process `incarnation` runs `node`.
+    /// Returns whether process `incarnation` runs `node`.
     pub fn runs(&self, incarnation: u64, node: &str) -> bool {
         let process = self.all.get(&incarnation);
         process.is_none_or(|process| process.info.runs(node))
     }
 
-    /// Whether the process of `node` has reported.
+    /// Returns whether the process of `node` has reported.
     pub fn have_heard(&self, node: &str) -> bool {
         self.with_node(node)
             .is_some_and(|process| process.batch > 0)
     }
 
-    /// Whether nothing is heard of the process that listens.
+    /// Returns whether nothing is heard of the process that listens.
     pub fn lack_hub(&self) -> bool {
         self.hub_process().is_none_or(|hub| self.is_gone(hub))
     }
@@ -210,7 +209,7 @@ impl Processes {
         self.all.get(&self.hub.as_ref()?.incarnation)
     }
 
-    /// Whether nothing is heard of a process. Before the run none has anything to report.
+    /// Returns whether nothing is heard of a process. Before the run none has anything to report.
     pub(super) fn is_gone(&self, process: &Process) -> bool {
         let began = self.hub.as_ref().is_some_and(|hub| hub.zero.is_some());
         process.heard.elapsed() > GONE && (began || !self.is_present(process))
@@ -220,7 +219,7 @@ impl Processes {
         self.present.contains(&process.info.incarnation)
     }
 
-    /// All of them for a recording.
+    /// Returns all of them for a recording.
     pub fn records(&self) -> Vec<ProcessRecord> {
         let mut records: Vec<_> = self
             .all
@@ -236,18 +235,18 @@ impl Processes {
         records
     }
 
-    /// The process that runs `node`.
+    /// Returns the process that runs `node`.
     pub(super) fn with_node(&self, node: &str) -> Option<&Process> {
         self.all.values().find(|process| process.info.runs(node))
     }
 }
 
-/// The sum of counts that somebody else sends: any numbers.
+/// Returns the sum of counts that somebody else sends: any numbers.
 pub(super) fn total(counts: impl Iterator<Item = u64>) -> u64 {
     counts.fold(0, u64::saturating_add)
 }
 
-/// Whether an event is about a node of `process`, or about the whole run.
+/// Returns whether an event is about a node of `process`, or about the whole run.
 fn is_of(event: &Event, process: &Info) -> bool {
     match &event.what {
         EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => match command {

@@ -24,7 +24,7 @@ struct RelayedTopic {
 }
 
 impl Relay {
-    /// A relay for a graph with this `topology`, of which the topics that are `known` are
+    /// Creates a relay for a graph with this `topology`, of which the topics that are `known` are
     /// recorded.
     pub fn new(topology: &Topology, known: &Taps) -> Self {
         let topics = topology.topics.iter().map(|topic| RelayedTopic {
@@ -63,8 +63,11 @@ impl Relay {
 
 impl Tapped for Relay {
     fn fields(&self, topic: &str) -> Option<&[String]> {
-        let mut topics = self.topics.iter();
-        topics.find(|known| known.name == topic)?.fields.as_deref()
+        self.topics
+            .iter()
+            .find(|known| known.name == topic)?
+            .fields
+            .as_deref()
     }
 
     fn all(&self, capacity: usize) -> Tap<RunRow> {
@@ -135,12 +138,12 @@ impl Recordings {
         }
     }
 
-    /// Whether a run should be recorded that is not.
+    /// Returns whether a run should be recorded that is not.
     pub fn is_waiting(&self) -> bool {
         self.present.is_none() && self.on
     }
 
-    /// Number of messages and ticks that the present recording lost; `None` without one.
+    /// Returns the number of messages and ticks that the present recording lost; `None` without one.
     pub fn lost(&self) -> Option<u64> {
         self.present.as_ref().map(Recorder::lost)
     }

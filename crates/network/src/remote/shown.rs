@@ -75,13 +75,15 @@ impl RunSource for RemoteRun {
 }
 
 impl RemoteRun {
-    /// The text for a run of another graph, where there is none of this one.
+    /// Returns the text for a run of another graph, where there is none of this one.
     fn stranger(&self) -> Option<String> {
         if self.processes.hub().is_some() {
             return None;
         }
-        let systems = self.follower.other_systems().into_iter();
-        let runs: Vec<String> = systems
+        let runs: Vec<String> = self
+            .follower
+            .other_systems()
+            .into_iter()
             .map(|system| {
                 let command = self.commands.lab(&system);
                 format!("this run is of {system}: {command}")
@@ -125,7 +127,7 @@ impl Remote for RemoteRun {
 }
 
 impl Processes {
-    /// Where `node` runs.
+    /// Returns where `node` runs.
     pub fn place(&self, node: &str, commands: &dyn StartCommands) -> Place {
         let Some(process) = self.with_node(node) else {
             let command = commands.node(node);
@@ -141,15 +143,15 @@ impl Processes {
         }
     }
 
-    /// The process whose fault it is that nothing is heard of this one: all others are heard
-    /// through the one that listens.
+    /// Returns the process whose fault it is that nothing is heard of this one: all others are
+    /// heard through the one that listens.
     fn unheard<'a>(&'a self, process: &'a Process) -> Option<&'a Process> {
         let hub = self.hub_process().filter(|hub| self.is_gone(hub));
-        let hub = hub.filter(|hub| process.heard + GONE >= hub.heard);
-        hub.or_else(|| Some(process).filter(|process| self.is_gone(process)))
+        hub.filter(|hub| process.heard + GONE >= hub.heard)
+            .or_else(|| Some(process).filter(|process| self.is_gone(process)))
     }
 
-    /// Why nothing is heard of a process, and what to try.
+    /// Returns why nothing is heard of a process, and what to try.
     fn absence(&self, process: &Process) -> String {
         let Info {
             pid, host, command, ..
@@ -178,7 +180,8 @@ impl Processes {
         }
     }
 
-    /// What is wrong, if something is; of a run that is `over`, who is missing for the next one.
+    /// Returns what is wrong, if something is; of a run that is `over`, who is missing for the next
+    /// one.
     pub fn trouble(&self, over: bool) -> Option<String> {
         let Some(hub) = &self.hub else {
             return Some("waiting for the process that listens".to_owned());
@@ -213,10 +216,14 @@ impl Processes {
         (!trouble.is_empty()).then(|| trouble.join(", "))
     }
 
-    /// How exact ages between them are; `None` where they share a clock.
+    /// Returns how exact ages between them are; `None` where they share a clock.
     pub fn exactness(&self) -> Option<String> {
-        let others = self.all.values().filter(|process| !process.info.is_hub);
-        let bounds: Option<Vec<Nanos>> = others.map(|process| process.bound).collect();
+        let bounds: Option<Vec<Nanos>> = self
+            .all
+            .values()
+            .filter(|process| !process.info.is_hub)
+            .map(|process| process.bound)
+            .collect();
         let Some(bounds) = bounds else {
             return Some("ages ?".to_owned());
         };
@@ -225,7 +232,7 @@ impl Processes {
     }
 }
 
-/// The nodes of a process.
+/// Returns the nodes of a process.
 fn names(process: &Process) -> String {
     process.info.nodes.join(" and ")
 }

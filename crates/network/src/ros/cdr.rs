@@ -18,7 +18,7 @@ pub struct Stamp {
 }
 
 impl Stamp {
-    /// The time `nanos` ns after its zero; the last one for later times.
+    /// Returns the time `nanos` ns after its zero; the last one for later times.
     pub fn from_nanos(nanos: i64) -> Self {
         const SECOND: i64 = 1_000_000_000;
         Self {
@@ -42,7 +42,7 @@ pub struct JointState {
 }
 
 impl JointState {
-    /// The bytes of the message.
+    /// Returns the bytes of the message.
     pub fn encode(&self) -> Vec<u8> {
         let mut writer = Writer(HEADER.to_vec());
         writer.stamp(self.stamp);
@@ -80,7 +80,7 @@ impl JointState {
     }
 }
 
-/// The bytes of a `rosgraph_msgs/msg/Clock`.
+/// Returns the bytes of a `rosgraph_msgs/msg/Clock`.
 pub fn encode_clock(clock: Stamp) -> Vec<u8> {
     let mut writer = Writer(HEADER.to_vec());
     writer.stamp(clock);
@@ -139,13 +139,13 @@ impl<'a> CdrReader<'a> {
         Some(taken)
     }
 
-    /// The value at the next multiple of its length.
+    /// Returns the value at the next multiple of its length.
     fn value<const N: usize>(&mut self) -> Option<[u8; N]> {
         self.at = self.at.next_multiple_of(N);
         self.take(N)?.try_into().ok()
     }
 
-    /// The number of items of at least `size` bytes each that follow: not more than there
+    /// Returns the number of items of at least `size` bytes each that follow: not more than there
     /// are bytes for, whatever the sender claims.
     fn length(&mut self, size: usize) -> Option<usize> {
         let length = u32::from_le_bytes(self.value()?) as usize;
@@ -172,7 +172,7 @@ impl<'a> CdrReader<'a> {
         (0..count).map(number).collect()
     }
 
-    /// Whether nothing but padding is left.
+    /// Returns whether nothing but padding is left.
     fn ends(&self) -> bool {
         let rest = self.bytes.get(self.at..).unwrap_or_default();
         rest.len() < 4 && rest.iter().all(|byte| *byte == 0)

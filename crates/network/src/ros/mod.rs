@@ -117,8 +117,7 @@ impl Ros {
         {
             self.publish(&node.name, joints, tap)?;
         }
-        let mut inlets = part.inlets.iter();
-        let inlet = inlets.find(|inlet| inlet.name == topic.name);
+        let inlet = part.inlets.iter().find(|inlet| inlet.name == topic.name);
         let (readers, _) = part.own.split(&topic.readers);
         match (readers.first(), inlet) {
             (Some(node), Some(inlet)) => self.subscribe(&node.name, joints, inlet),
@@ -149,7 +148,7 @@ impl Ros {
         Ok(())
     }
 
-    /// A publisher of `node` on `topic`.
+    /// Returns a publisher of `node` on `topic`.
     fn out(&mut self, node: &Entity, topic: &str, of: Type) -> Result<Arc<Out>, NetworkError> {
         let token = node.endpoint(self.number(), PUBLISHER, topic, of);
         self.declare(&token)?;
@@ -173,7 +172,7 @@ impl Ros {
         net::watch(&self.part.peers.session, (&all, "ROS nodes"), note)
     }
 
-    /// Whether ROS nodes take the place of the others: they publish to all topics that are
+    /// Returns whether ROS nodes take the place of the others: they publish to all topics that are
     /// read here, and read one that is published here. One that only looks on does not.
     pub(crate) fn has_others(&self) -> bool {
         let mut read = self.read.iter();
@@ -224,8 +223,9 @@ impl Ros {
         let (joints, stamps) = (*joints, self.stamps.clone());
         let publishers = self.publishers.clone();
         inlet.begin(&self.part.peers.session, &key, move |inlet, sample| {
-            let attachment = sample.attachment().map(|bytes| bytes.to_bytes());
-            let from = attachment
+            let from = sample
+                .attachment()
+                .map(|bytes| bytes.to_bytes())
                 .and_then(|bytes| Attachment::decode(&bytes))
                 .ok_or(Refusal::Format)?;
             let (row, stamp) = read(&joints, sample)?;
@@ -239,7 +239,7 @@ impl Ros {
     }
 }
 
-/// The numbers and the stamp of a joint state from anybody.
+/// Returns the numbers and the stamp of a joint state from anybody.
 fn read(joints: &Joints, sample: &Sample) -> Result<(Vec<f64>, Stamp), Refusal> {
     let payload = sample.payload().to_bytes();
     let message = JointState::decode(&payload).ok_or(Refusal::Format)?;
@@ -258,7 +258,7 @@ fn read(joints: &Joints, sample: &Sample) -> Result<(Vec<f64>, Stamp), Refusal> 
     }
 }
 
-/// The stamp of run time `sensed`, which is `moment` of our clock.
+/// Returns the stamp of run time `sensed`, which is `moment` of our clock.
 fn stamp(stamps: &Stamps, sensed: Time, moment: ClockMoment) -> Stamp {
     let known = stamps.find(|_, time| *time == sensed);
     known.map_or_else(
@@ -272,7 +272,7 @@ fn stamp(stamps: &Stamps, sensed: Time, moment: ClockMoment) -> Stamp {
     )
 }
 
-/// The system clock (ns since 1970).
+/// Returns the system clock (ns since 1970).
 fn system_now() -> i64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
     let nanos = since.unwrap_or_default().as_nanos();

@@ -40,7 +40,7 @@ const QOS: &str = "::,1:,:,:,,";
 /// Length of the identity of a publisher (bytes).
 const GID: u8 = 16;
 
-/// The key of a topic in a domain.
+/// Returns the key of a topic in a domain.
 pub fn key(domain: u32, topic: &str, of: Type) -> String {
     let topic = topic.trim_start_matches('/');
     format!("{domain}/{topic}/{}/{}", of.name, of.hash)
@@ -66,12 +66,12 @@ pub struct Entity {
 }
 
 impl Entity {
-    /// The token of the node.
+    /// Returns the token of the node.
     pub fn token(&self) -> String {
         self.entity_token(self.number, "NN", "")
     }
 
-    /// The token of endpoint `number` of the node.
+    /// Returns the token of endpoint `number` of the node.
     pub fn endpoint(&self, number: u32, kind: &str, topic: &str, of: Type) -> String {
         let topic = topic.replace('/', "%");
         let Type { name, hash } = of;
@@ -128,12 +128,12 @@ pub struct Attachment {
 }
 
 impl Attachment {
-    /// The identity of the publisher with this `token`.
+    /// Returns the identity of the publisher with this `token`.
     pub fn gid(token: &str) -> [u8; GID as usize] {
         xxh3_128(token.as_bytes()).to_le_bytes()
     }
 
-    /// Its bytes.
+    /// Returns its bytes.
     pub fn encode(&self) -> Vec<u8> {
         let numbers = [self.seq, self.stamp].map(i64::to_le_bytes).concat();
         [&numbers[..], &[GID], &self.gid].concat()
@@ -179,7 +179,7 @@ impl Publishers {
         None
     }
 
-    /// The publisher with this identity, as the sender of a message.
+    /// Returns the publisher with this identity, as the sender of a message.
     pub(crate) fn source(&self, gid: [u8; 16]) -> MessageSource {
         let known = lock(&self.known);
         let session = known.get(&gid).map(|publisher| publisher.session.parse());
@@ -189,12 +189,13 @@ impl Publishers {
         }
     }
 
-    /// Whether a ROS node publishes to the topic with this `key`.
+    /// Returns whether a ROS node publishes to the topic with this `key`.
     pub(crate) fn publish_to(&self, key: &str) -> bool {
         let ours = self.peers.sessions();
         let known = lock(&self.known);
-        let mut publishers = known.values();
-        publishers.any(|known| known.key == key && !ours.contains(&known.session))
+        known
+            .values()
+            .any(|known| known.key == key && !ours.contains(&known.session))
     }
 }
 

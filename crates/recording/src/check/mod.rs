@@ -59,11 +59,18 @@ impl Recording {
             let mut schedule = self.schedule(node);
             let mut allowed = |tick: &TickRecord| schedule.allows(tick.number, tick.at);
             let stray = ticks.iter().position(|tick| !allowed(tick))?;
-            let before = stray.checked_sub(1).map(|before| ticks[before].at);
-            Some(before.unwrap_or_default())
+            Some(
+                stray
+                    .checked_sub(1)
+                    .map(|before| ticks[before].at)
+                    .unwrap_or_default(),
+            )
         });
-        let pairs = self.topics.iter().flat_map(|rows| rows.heads().windows(2));
-        let back = pairs.filter_map(|two| (two[1].at < two[0].at).then_some(two[0].at));
+        let back = self
+            .topics
+            .iter()
+            .flat_map(|rows| rows.heads().windows(2))
+            .filter_map(|two| (two[1].at < two[0].at).then_some(two[0].at));
         // Messages are published in ticks.
         let ticked = self
             .nodes()
@@ -140,11 +147,14 @@ impl Recording {
     /// Returns the maximum rate of any node.
     fn fastest(&self) -> Hz {
         let first = self.origin.topology.nodes.iter().map(|node| node.hz);
-        let turned = self.events.iter().filter_map(Event::knob);
-        let later = turned.filter_map(|timed| match timed.knob {
-            Knob::Rate { hz, .. } => Some(hz),
-            _ => None,
-        });
+        let later = self
+            .events
+            .iter()
+            .filter_map(Event::knob)
+            .filter_map(|timed| match timed.knob {
+                Knob::Rate { hz, .. } => Some(hz),
+                _ => None,
+            });
         first.chain(later).max().unwrap_or(Hz::MAX)
     }
 

@@ -32,8 +32,10 @@ impl TickSchedule {
             .filter(|timed| timed.knob.target() == node.name)
             .collect();
         let knobs = || {
-            let set = setup.iter().filter(|knob| knob.target() == node.name);
-            set.chain(turned.iter().map(|timed| &timed.knob))
+            setup
+                .iter()
+                .filter(|knob| knob.target() == node.name)
+                .chain(turned.iter().map(|timed| &timed.knob))
         };
         let changes = turned.iter().filter_map(|timed| match timed.knob {
             Knob::Rate { hz, .. } => Some((timed.at, hz)),

@@ -13,7 +13,7 @@ use crate::run::{Origin, Recording, RecordingEnd, RunResult, RunRows, RunStatus,
 /// A run whose messages and ticks can be copied: one of this process, or one that is
 /// received from others.
 pub trait Tapped: Send + Sync {
-    /// Names of the numbers in a message of the topic called `topic`; `None` if it is not
+    /// Returns the names of the numbers in a message of the topic called `topic`; `None` if it is not
     /// recorded.
     fn fields(&self, topic: &str) -> Option<&[String]>;
 
@@ -34,8 +34,8 @@ pub trait Tapped: Send + Sync {
 
 impl Tapped for Taps {
     fn fields(&self, topic: &str) -> Option<&[String]> {
-        let mut topics = self.topics().iter();
-        topics
+        self.topics()
+            .iter()
             .find(|known| known.name() == topic)
             .map(|known| known.fields())
     }

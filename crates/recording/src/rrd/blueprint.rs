@@ -72,8 +72,11 @@ pub fn send(rec: &RecordingStream, source: &Source) -> Written {
         };
         made.insert(key.clone(), layout.messages(rec)?);
     }
-    let messages = made.get(&key).into_iter().flatten().cloned();
-    messages.for_each(|message| rec.record_msg(message));
+    made.get(&key)
+        .into_iter()
+        .flatten()
+        .cloned()
+        .for_each(|message| rec.record_msg(message));
     Ok(())
 }
 
@@ -94,8 +97,9 @@ pub struct ViewerLayout {
 impl ViewerLayout {
     /// Shows the layout in the viewer. To be called before the recording itself.
     pub fn send(self, rec: &RecordingStream) -> Written {
-        let messages = self.messages(rec)?.into_iter();
-        messages.for_each(|message| rec.record_msg(message));
+        self.messages(rec)?
+            .into_iter()
+            .for_each(|message| rec.record_msg(message));
         Ok(())
     }
 
@@ -189,8 +193,11 @@ fn plots(source: &Source, properties: &mut Properties) -> Vec<ContainerLike> {
     let dropped = TimeSeriesView::new(format!("dropped so far: {key}"))
         .with_origin(DROPPED)
         .with_contents([DROPPED, LINKS].map(|entity| format!("/{entity}")));
-    let views = latency.into_iter().chain([sent, dropped]);
-    views.map(|view| properties.plot(view, None)).collect()
+    latency
+        .into_iter()
+        .chain([sent, dropped])
+        .map(|view| properties.plot(view, None))
+        .collect()
 }
 
 /// Lateness, the distribution of latency, modes and events.

@@ -116,7 +116,7 @@ pub fn read<R: RecordRow>(chunk: &Chunk) -> Vec<Cell<R>> {
     rows.collect()
 }
 
-/// One number per row.
+/// Returns one number per row.
 pub fn numbers(
     name: &'static str,
     values: impl IntoIterator<Item = u64>,
@@ -124,7 +124,7 @@ pub fn numbers(
     units(name, Arc::new(UInt64Array::from_iter_values(values)))
 }
 
-/// One text per row.
+/// Returns one text per row.
 pub fn texts(values: impl IntoIterator<Item = String>) -> Written<SerializedComponentColumn> {
     units(JSON, Arc::new(StringArray::from_iter_values(values)))
 }
@@ -147,7 +147,7 @@ fn read_lists(chunk: &Chunk, name: &'static str) -> Vec<Cell<Vec<u64>>> {
     one_a_row(chunk, rows.map(|list| Some(list.to_vec())))
 }
 
-/// Some bytes per row.
+/// Returns some bytes per row.
 pub fn bytes<'a>(
     name: &'static str,
     values: impl Iterator<Item = &'a [u8]> + Clone,
@@ -241,8 +241,9 @@ pub fn cells(chunk: &Chunk, name: &'static str) -> Vec<Cell<Option<u64>>> {
 
 /// Returns whether `chunk` has the columns that rows of this kind never lack.
 pub fn has_numbers<R: RecordRow>(chunk: &Chunk) -> bool {
-    let mut needed = R::COLUMNS.iter();
-    needed.all(|column| column.form != ColumnForm::Count || has(chunk, column.name))
+    R::COLUMNS
+        .iter()
+        .all(|column| column.form != ColumnForm::Count || has(chunk, column.name))
 }
 
 /// Returns whether `chunk` has values to be plotted.

@@ -239,8 +239,11 @@ fn sets_nothing_twice(origin: &Origin) -> bool {
 
 fn has_known_rules(origin: &Origin) -> bool {
     let executor = |name: &String| name.parse::<Executor>().is_ok();
-    let mut nodes = origin.topology.nodes.iter();
-    nodes.all(|node| node.executor.as_ref().is_none_or(executor))
+    origin
+        .topology
+        .nodes
+        .iter()
+        .all(|node| node.executor.as_ref().is_none_or(executor))
 }
 
 /// An impossible row, with the run time of the row before it.

@@ -84,8 +84,9 @@ impl<'a> Chunks<'a> {
                 }
                 MessageKind::BlueprintActivationCommand => {}
                 MessageKind::ArrowMsg => {
-                    let chunk = quietly(|| chunk(content)).map(Some);
-                    return chunk.ok_or("it holds a message that cannot be read");
+                    return quietly(|| chunk(content))
+                        .map(Some)
+                        .ok_or("it holds a message that cannot be read");
                 }
             }
         }

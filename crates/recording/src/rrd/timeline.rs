@@ -54,10 +54,9 @@ impl BatchStream<'_> {
     /// Returns the number of steps by run time `at`, including `at` itself.
     fn step_at(&self, at: Time) -> u64 {
         let made = self.steps.partition_point(|head| head.at <= at);
-        let newest = made
-            .checked_sub(1)
-            .and_then(|newest| self.steps.get(newest));
-        newest.map_or(self.before, |head| head.seq + 1)
+        made.checked_sub(1)
+            .and_then(|newest| self.steps.get(newest))
+            .map_or(self.before, |head| head.seq + 1)
     }
 
     /// Returns the places of rows at these run times.

@@ -223,8 +223,10 @@ impl VerdictRecord {
     pub fn verdict(&self, system: &dyn System) -> Verdict {
         /// A verdict of another system.
         const OTHER: VerdictKind = VerdictKind::held("other", "ended at {at}");
-        let mut kinds = system.verdicts().into_iter();
-        let kind = kinds.find(|kind| kind.name == self.name);
+        let kind = system
+            .verdicts()
+            .into_iter()
+            .find(|kind| kind.name == self.name);
         Verdict::new(kind.unwrap_or(OTHER), self.at)
     }
 }

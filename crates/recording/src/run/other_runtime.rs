@@ -45,8 +45,10 @@ impl Recording {
             .topics
             .iter()
             .map(|topic| run.topics.remove(&topic.name).unwrap_or_default());
-        let nodes = topology.nodes.iter();
-        let ticks = nodes.map(|node| run.ticks.remove(&node.name).unwrap_or_default());
+        let ticks = topology
+            .nodes
+            .iter()
+            .map(|node| run.ticks.remove(&node.name).unwrap_or_default());
         let run_rows = RunRows {
             topics: topics.collect(),
             ticks: ticks.collect(),

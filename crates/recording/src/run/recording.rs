@@ -93,8 +93,12 @@ impl Recording {
     /// Returns the run time of the last message, tick or event: under the real clock it may be
     /// late, and come after the end.
     pub(crate) fn last_item(&self) -> Time {
-        let events = self.events.iter().map(|event| event.at);
-        events.chain(self.newest()).max().unwrap_or_default()
+        self.events
+            .iter()
+            .map(|event| event.at)
+            .chain(self.newest())
+            .max()
+            .unwrap_or_default()
     }
 
     /// Returns all messages of the topic called `name`, in order of publication.

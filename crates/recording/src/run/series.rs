@@ -206,8 +206,12 @@ impl RecordRow for TickRecord {
     }
 
     fn is_in(&self, topology: &Topology) -> bool {
-        let reads = self.causes.reads.iter().map(|read| read.message.topic);
-        let mut topics = reads.chain(self.causes.completed);
+        let mut topics = self
+            .causes
+            .reads
+            .iter()
+            .map(|read| read.message.topic)
+            .chain(self.causes.completed);
         topics.all(|topic| topic < topology.topics.len())
     }
 
@@ -372,8 +376,11 @@ impl RunRows {
 
     /// Returns the run time of the newest row; `None` without rows.
     pub fn newest(&self) -> Option<Time> {
-        let messages = self.topics.iter().map(Series::newest);
-        let rows = messages.chain(self.ticks.iter().map(Series::newest));
-        rows.flatten().max()
+        self.topics
+            .iter()
+            .map(Series::newest)
+            .chain(self.ticks.iter().map(Series::newest))
+            .flatten()
+            .max()
     }
 }

@@ -90,11 +90,12 @@ impl<'a> Comparison<'a> {
 
     /// Returns the earliest recorded row that did not come.
     pub fn missing(&self) -> Option<Difference> {
-        let topics = self.topics.iter().filter_map(RecordedSeries::missing);
-        let missing = topics
+        self.topics
+            .iter()
+            .filter_map(RecordedSeries::missing)
             .chain(self.nodes.iter().filter_map(RecordedSeries::missing))
-            .filter(|_| !self.gaps.cut);
-        missing.min_by_key(|difference| difference.at)
+            .filter(|_| !self.gaps.cut)
+            .min_by_key(|difference| difference.at)
     }
 
     /// Returns what is the same, of a run that ended at `now`.
@@ -162,8 +163,10 @@ impl Gaps {
 impl<'a, S: Series> RecordedSeries<'a, S> {
     fn new(name: &'a str, fields: &[String], series: &'a S) -> Self {
         let rare = series.rows().iter().any(|row| {
-            let mut cells = row.cells().into_iter().zip(S::Row::COLUMNS);
-            cells.any(|(cell, column)| column.is_rare() && cell.is_some())
+            row.cells()
+                .into_iter()
+                .zip(S::Row::COLUMNS)
+                .any(|(cell, column)| column.is_rare() && cell.is_some())
         });
         Self {
             name,

@@ -122,11 +122,12 @@ pub fn compare_end(ends: [&RecordingEnd; 2], topology: &Topology) -> Option<Diff
     let parts = PARTS.map(|(what, told)| Difference::new(at, what, ends.map(told)));
     let losses = |lost: &'static str, of: fn(&RecordingEnd) -> &Option<Vec<u64>>| {
         let [recorded, computed] = ends.map(|end| of(end).iter().flatten());
-        let topics = topology.topics.iter().zip(recorded.zip(computed));
-        topics.map(move |(topic, (recorded, computed))| {
-            let what = format!("messages of {} {lost} in all", topic.name);
-            Difference::new(at, what, [recorded, computed].map(u64::to_string))
-        })
+        topology.topics.iter().zip(recorded.zip(computed)).map(
+            move |(topic, (recorded, computed))| {
+                let what = format!("messages of {} {lost} in all", topic.name);
+                Difference::new(at, what, [recorded, computed].map(u64::to_string))
+            },
+        )
     };
     let dropped = losses("dropped", |end| &end.dropped);
     let unmatched = losses("unmatched", |end| &end.unmatched);

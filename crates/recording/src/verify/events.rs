@@ -142,8 +142,14 @@ pub fn check(recording: &Recording, threads: bool) -> Option<Difference> {
 /// Returns the first knob of the configuration that was due in the run and was not turned. Knobs of
 /// the last moment may have come too late.
 fn first_knob_left_out(recording: &Recording) -> Option<Difference> {
-    let knobs = recording.origin.config.knobs.iter().cloned();
-    let mut given: Vec<TimedCommand> = knobs.map(TimedCommand::from).collect();
+    let mut given: Vec<TimedCommand> = recording
+        .origin
+        .config
+        .knobs
+        .iter()
+        .cloned()
+        .map(TimedCommand::from)
+        .collect();
     given.sort_by_key(|given| given.at);
     let mut events = recording.events.iter();
     let mut is_among = |given: &TimedCommand| {

@@ -161,11 +161,15 @@ impl Recording {
                 Command::Set(knob) => Some(knob),
                 _ => None,
             });
-        let knobs = config.setup.iter().chain(timed).chain(turned);
-        knobs.filter_map(|knob| match knob {
-            Knob::Send { node, text } => Some((knob, [&**node, &**text])),
-            _ => None,
-        })
+        config
+            .setup
+            .iter()
+            .chain(timed)
+            .chain(turned)
+            .filter_map(|knob| match knob {
+                Knob::Send { node, text } => Some((knob, [&**node, &**text])),
+                _ => None,
+            })
     }
 
     /// Returns what the programs behind its nodes answered. Nodes without a recorded tick have no

@@ -278,12 +278,13 @@ fn refuse_foreign(recording: &Recording, system: &Arc<dyn System>) -> Result<(),
 /// Returns the topics that a process with the nodes `here` reads, and others publish.
 fn from_others<'a>(graph: &'a Topology, here: &[String]) -> Vec<&'a str> {
     let is_here = |node: &usize| here.contains(&graph.nodes[*node].name);
-    let topics = graph
+    graph
         .topics
         .iter()
         .filter(|topic| topic.readers.iter().any(is_here))
-        .filter(|topic| !topic.publishers.iter().all(is_here));
-    topics.map(|topic| &*topic.name).collect()
+        .filter(|topic| !topic.publishers.iter().all(is_here))
+        .map(|topic| &*topic.name)
+        .collect()
 }
 
 /// Returns the software of the recording, if it may compute other bits than this program.

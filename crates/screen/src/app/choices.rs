@@ -82,15 +82,19 @@ fn files(folder: &Path) -> Vec<String> {
 /// Returns a message to `node` with the path of its file, without the digest.
 fn unpinned(system: &dyn System, node: &str, text: &str) -> String {
     let file = system.knobs().file(node, text);
-    let path = file.as_ref().and_then(|file| file.to_str());
-    path.unwrap_or(text).to_owned()
+    file.as_ref()
+        .and_then(|file| file.to_str())
+        .unwrap_or(text)
+        .to_owned()
 }
 
 /// Returns `setup` with the current content of its files.
 pub(super) fn as_it_is_now(system: &dyn System, setup: &Setup) -> Setup {
     let unpinned = |node: &str, text: &str| unpinned(system, node, text);
-    let knobs = setup.iter().map(|knob| with_message(knob, unpinned));
-    knobs.collect()
+    setup
+        .iter()
+        .map(|knob| with_message(knob, unpinned))
+        .collect()
 }
 
 impl App {

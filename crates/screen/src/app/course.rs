@@ -96,8 +96,9 @@ impl App {
             return;
         };
         let states = self.shown.run.system().state();
-        let steps = rows.iter().filter(|(topic, _)| Some(&**topic) == states);
-        steps.for_each(|(_, rows)| rescue.add(rows));
+        rows.iter()
+            .filter(|(topic, _)| Some(&**topic) == states)
+            .for_each(|(_, rows)| rescue.add(rows));
         let advice = self.stage().map(|stage| stage.text);
         frame.verdict.why.splice(0..0, advice);
     }
@@ -133,8 +134,12 @@ impl App {
     /// Returns whether the screen may show `event`: not the fault of a run whose cause is covered.
     pub(super) fn may_show(&self, event: &Event) -> bool {
         let of_scene = |timed: TimedKnob| {
-            let mut scene = self.shown.run.config().knobs.iter();
-            scene.any(|other| other.knob == timed.knob)
+            self.shown
+                .run
+                .config()
+                .knobs
+                .iter()
+                .any(|other| other.knob == timed.knob)
         };
         !(self.course.covered && event.knob().is_some_and(of_scene))
     }

@@ -81,8 +81,12 @@ impl App {
     }
 
     pub(super) fn second_node(&self) -> Option<&'static str> {
-        let aliases = self.system().knobs().aliases().iter();
-        let mut rates = aliases.filter(|alias| alias.kind() == KnobKind::Rate);
+        let mut rates = self
+            .system()
+            .knobs()
+            .aliases()
+            .iter()
+            .filter(|alias| alias.kind() == KnobKind::Rate);
         let (_, node) = rates.nth(1)?.knobs.first()?;
         Some(node)
     }
@@ -310,12 +314,12 @@ impl Knobs {
     /// kind there. A timed knob of the same value may be taken for it: the one that
     /// a key turned then comes later, and sets that value all the same.
     fn answered(&mut self, knob: &Knob) -> bool {
-        let first = self
-            .pending
+        self.pending
             .iter()
             .position(|other| other.is_of(knob))
-            .filter(|index| self.pending[*index] == *knob);
-        first.map(|index| self.pending.remove(index)).is_some()
+            .filter(|index| self.pending[*index] == *knob)
+            .map(|index| self.pending.remove(index))
+            .is_some()
     }
 }
 

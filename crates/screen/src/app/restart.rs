@@ -212,8 +212,9 @@ impl LabRecordings {
     /// # Errors
     /// [`ScreenError::Record`] with the system's error for the file.
     pub fn begin(&mut self, prepared: &Prepared) -> Result<Option<Recorder>, ScreenError> {
-        let recorder = self.wanted.then(|| prepared.record(&mut self.destination));
-        recorder.transpose()
+        self.wanted
+            .then(|| prepared.record(&mut self.destination))
+            .transpose()
     }
 }
 

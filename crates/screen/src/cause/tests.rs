@@ -7,9 +7,8 @@ use ratelab_cart_pole::CartPole;
 use ratelab_experiment::{
     Config, Experiment, Summary,
     cause::{AgeData, AgeOwner, Facts, Hang, Strain, Trial, latest},
-    mean_parts,
 };
-use ratelab_metrics::{Lineage, Snapshot, TickCauses, TickRecord, TopicRead};
+use ratelab_metrics::{Lineage, Snapshot, TickCauses, TickRecord, TopicRead, mean_parts};
 use ratelab_system::{AgeLimits, Setup, System, acting};
 
 use crate::{
@@ -55,7 +54,7 @@ own; hang policy 900 | Hang policy
 own; link /obs loss:1 | Link /obs
 own; 0.1 rate policy 4; 0.6 rate policy 50 | Rate policy";
 
-/// A run of twelve seconds.
+/// Returns a run of twelve seconds.
 fn way(run: &str) -> Config {
     config(&format!("until 12; {run}"))
 }
@@ -64,14 +63,14 @@ fn knob(text: &str) -> Knob {
     text.parse().expect(text)
 }
 
-/// The summary of a run, and the lines about its loss with the owners that they name.
+/// Returns the summary of a run, and the lines about its loss with the owners that they name.
 fn lost(config: &Config) -> (Summary, Vec<String>, Vec<String>) {
     let played = Played::play(config);
     let (cause, named) = cause(&played.graph, &played.lineage, &played.setup());
     (played.summary, cause, named)
 }
 
-/// The lines about a loss at the moment of `graph`, and its owners, such as `Rate policy`.
+/// Returns the lines about a loss at the moment of `graph`, and its owners, such as `Rate policy`.
 fn cause(graph: &Snapshot, lineage: &Lineage, setup: &Setup) -> (Vec<String>, Vec<String>) {
     with_facts(graph, lineage, (setup, &[]), |facts| {
         let acts = acting(facts.system, lineage.topology())
@@ -87,7 +86,7 @@ fn cause(graph: &Snapshot, lineage: &Lineage, setup: &Setup) -> (Vec<String>, Ve
     })
 }
 
-/// What `read` reads from the facts about a loss at the moment of `graph`, with a setup in
+/// Returns what `read` reads from the facts about a loss at the moment of `graph`, with a setup in
 /// force and knobs that were turned.
 fn with_facts<R>(
     graph: &Snapshot,
@@ -146,7 +145,7 @@ impl Played {
         self.knobs.iter().map(|timed| timed.knob.clone()).collect()
     }
 
-    /// Whether the push age ever warned before its end.
+    /// Returns whether the push age ever warned before its end.
     fn warned(&self) -> bool {
         const STEP: Duration = Duration::from_millis(20);
         let system = CartPole::default();
@@ -175,7 +174,7 @@ impl Played {
     }
 }
 
-/// The push age over run time `late`.
+/// Returns the push age over run time `late`.
 fn age(
     lineage: &Lineage,
     acts: usize,
@@ -211,7 +210,7 @@ const CAUSED_BY: [(&str, &[KnobKind]); 9] = [
     ("Queue", &[KnobKind::Read]),
 ];
 
-/// Whether one of the `named` owners is what `knob` brings about.
+/// Returns whether one of the `named` owners is what `knob` brings about.
 fn is_named(named: &[String], knob: &Knob) -> bool {
     CAUSED_BY.iter().any(|(owner, kinds)| {
         let name = format!("{owner} {}", knob.target());
@@ -275,7 +274,7 @@ fn a_network_outside_of_its_training_is_to_blame_and_its_age_is_not() {
     }
 }
 
-/// The shipped network `patient` with the digest of its content.
+/// Returns the shipped network `patient` with the digest of its content.
 fn network() -> String {
     let path = concat!(
         env!("CARGO_MANIFEST_DIR"),
@@ -288,7 +287,7 @@ fn network() -> String {
     pinned.expect("weights")
 }
 
-/// A policy at 50 Hz whose ticks take 85 ms, as the real clock measures it: a tick acts at
+/// Returns a policy at 50 Hz whose ticks take 85 ms, as the real clock measures it: a tick acts at
 /// its start, and four of five periods are overruns.
 fn overrunning() -> (Snapshot, Lineage) {
     let system: Arc<dyn System> = Arc::new(CartPole::default());
@@ -469,7 +468,7 @@ fn a_rate_that_came_back_in_time_is_told_as_it_is_now_and_not_as_too_late() {
     }
 }
 
-/// The lines about a run that begins with `setup`, once its cures were tried.
+/// Returns the lines about a run that begins with `setup`, once its cures were tried.
 fn proven(setup: &str) -> Vec<String> {
     let config = way(&format!("own; {setup}"));
     let played = Played::play(&config);

@@ -144,8 +144,10 @@ fn rate_in_force(graph: &Snapshot, setup: &Setup, node: &str) -> f64 {
 /// the one in force.
 fn rates(system: &dyn System, node: &str, in_force: f64) -> Vec<String> {
     let alias = names::rate_alias(system, |of| of == node);
-    let usual = alias.and_then(|alias| alias.default.parse().ok());
-    let part = usual.unwrap_or(in_force) / PARTS;
+    let part = alias
+        .and_then(|alias| alias.default.parse().ok())
+        .unwrap_or(in_force)
+        / PARTS;
     let mut rates: Vec<f64> = (1..=RATES).map(|number| part * f64::from(number)).collect();
     // Its digits are rows of the map.
     if in_force.to_string().len() <= LONGEST && !rates.contains(&in_force) {

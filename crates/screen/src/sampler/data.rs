@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use ratelab::{Event, Time};
-use ratelab_experiment::{cause::Facts, mean_parts};
-use ratelab_metrics::{NodeAccount, TopicAccount};
+use ratelab_experiment::cause::Facts;
+use ratelab_metrics::{NodeAccount, TopicAccount, mean_parts};
 use ratelab_system::{System, acting};
 
 use super::standing::RunMoment;
@@ -96,10 +96,11 @@ pub(super) fn topic_data(topic: &TopicAccount, age: Quantiles, now: Time) -> Top
 
 /// Returns the marks of the knobs in `events` from run time `begin` (s) on.
 pub(super) fn marks(system: &dyn System, events: &[Event], begin: f64) -> Vec<(f64, String)> {
-    let recent = events
+    let knobs: Vec<_> = events
         .iter()
-        .filter(|event| event.at.as_secs_f64() >= begin);
-    let knobs: Vec<_> = recent.filter_map(Event::knob).collect();
+        .filter(|event| event.at.as_secs_f64() >= begin)
+        .filter_map(Event::knob)
+        .collect();
     let marks = in_words(system, &knobs).into_iter();
     marks.map(|(at, text)| (at.as_secs_f64(), text)).collect()
 }

@@ -313,24 +313,27 @@ impl Sampler {
             (changed, true) => changed == last_change,
             (Some(changed), false) => now - changed < LIT,
         };
-        let ticks = self.ticks.iter();
-        ticks.map(|(_, changed)| lit(*changed)).collect()
+        self.ticks
+            .iter()
+            .map(|(_, changed)| lit(*changed))
+            .collect()
     }
 }
 
 /// Returns the messages in `setup`, such as `policy scripted`.
 fn settings(system: &dyn System, setup: &Setup) -> Vec<String> {
     let shown = names::shown(system, |alias| names::is_set(alias, setup)).into_iter();
-    let sent = shown.filter(|alias| alias.kind() == KnobKind::Send);
-    sent.map(|alias| setting(system, alias, setup)).collect()
+    shown
+        .filter(|alias| alias.kind() == KnobKind::Send)
+        .map(|alias| setting(system, alias, setup))
+        .collect()
 }
 
 /// Returns the nodes whose clocks for stamps are wrong in `setup`, each with its error.
 fn wrong_stamps(setup: &Setup) -> Vec<String> {
-    let clocks = setup
+    setup
         .iter()
-        .filter(|knob| knob.kind() == KnobKind::StampClock && knob.value() != "0 0");
-    clocks
+        .filter(|knob| knob.kind() == KnobKind::StampClock && knob.value() != "0 0")
         .map(|knob| format!("{} ({})", knob.target(), knob.value()))
         .collect()
 }
@@ -346,7 +349,7 @@ fn world(session: &dyn RunSource, setup: &Setup) -> Option<&'static str> {
     asked.then_some("world: waits")
 }
 
-/// Age of the sensing behind a message at its publication (s).
+/// Returns the age of the sensing behind a message at its publication (s).
 fn age(head: &Head) -> Option<f64> {
     let sensed = head.origin?.as_secs_f64();
     Some(head.at.as_secs_f64() - sensed)

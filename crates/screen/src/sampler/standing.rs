@@ -150,8 +150,11 @@ impl RunMoment<'_> {
         }
         let mut why = self.facts.overloads(None);
         why.extend(self.living());
-        let mut turned = self.facts.commands.iter();
-        let rate_turned = turned.any(|timed| timed.knob.kind() == KnobKind::Rate);
+        let rate_turned = self
+            .facts
+            .commands
+            .iter()
+            .any(|timed| timed.knob.kind() == KnobKind::Rate);
         let cure = if self.facts.live {
             "; r: a clean run"
         } else {
@@ -250,8 +253,12 @@ impl RunMoment<'_> {
 
     /// Returns a line for each process of which nothing is heard.
     fn gone(&self) -> Vec<String> {
-        let nodes = self.facts.graph.nodes.iter();
-        let places = nodes.filter_map(|node| self.session.place(&node.name));
+        let places = self
+            .facts
+            .graph
+            .nodes
+            .iter()
+            .filter_map(|node| self.session.place(&node.name));
         let mut lines = Vec::new();
         for line in places.filter_map(|place| place.absent) {
             if !lines.contains(&line) {

@@ -101,8 +101,11 @@ impl Seen {
     pub fn from_frame(frame: &FrameData, wanted: &Config, over: bool) -> Self {
         let policy = frame.nodes.iter().find(|node| &*node.name == "policy");
         let hz = policy.map_or(0.0, |node| node.hz.get());
-        let first = frame.nodes.first().map(|node| node.hz);
-        let common = first.filter(|hz| frame.nodes.iter().all(|node| node.hz == *hz));
+        let common = frame
+            .nodes
+            .first()
+            .map(|node| node.hz)
+            .filter(|hz| frame.nodes.iter().all(|node| node.hz == *hz));
         Self {
             hz,
             next_hz: wanted.setup.rate("policy").map_or(hz, |hz| hz.get()),

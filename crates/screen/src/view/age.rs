@@ -46,8 +46,10 @@ pub fn age_line(
     let begin = width(&number);
     let (sign, word, style) = verdict(age.strain(), theme);
     // The bar is of what nobody predicted: parts are of the whole.
-    let told_push = push.filter(|_| age.unpredicted() == age.mean);
-    let mean = told_push.map(|push| &push.mean[..]).unwrap_or_default();
+    let mean = push
+        .filter(|_| age.unpredicted() == age.mean)
+        .map(|push| &push.mean[..])
+        .unwrap_or_default();
     let spent = spent(mean);
     let free = room.saturating_sub(begin + BAR.1 + 3);
     let fits = !spent.is_empty() && width(&spent) + 2 <= free;
@@ -164,10 +166,11 @@ fn spent(mean: &[Duration]) -> String {
     });
     let mut parts: Vec<_> = rounded.filter(|(_, part)| *part > 0).collect();
     parts.sort_by_key(|(_, part)| Reverse(*part));
-    let words = parts
+    parts
         .iter()
-        .map(|([glyph, word], part)| format!("{glyph} {word} {part}"));
-    words.collect::<Vec<_>>().join(" + ")
+        .map(|([glyph, word], part)| format!("{glyph} {word} {part}"))
+        .collect::<Vec<_>>()
+        .join(" + ")
 }
 
 /// Returns a bar as long as the age with its parts in order.

@@ -48,8 +48,7 @@ pub fn render(shown: &ScreenState<'_>, layout: &ScreenLayout, mut sheet: Sheet<'
 /// verdict.
 fn notice_fits(shown: &ScreenState<'_>, layout: &ScreenLayout) -> bool {
     let covered = shown.map.is_some() || shown.page.is_some();
-    let mut panes = layout.panes.iter();
-    let events = panes.find(|(pane, _)| *pane == Pane::Events);
+    let events = layout.panes.iter().find(|(pane, _)| *pane == Pane::Events);
     let line = usize::from(layout.verdict.width);
     let room = events.map_or(line, |(_, area)| events::room(*area));
     !covered && width(shown.notice.unwrap_or_default()) <= room

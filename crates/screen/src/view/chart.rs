@@ -64,8 +64,7 @@ impl<'t> Columns<'t> {
 
     /// Returns the minimum and maximum of the visible values.
     pub fn ends(&self, past: &[(f64, f64)]) -> [f64; 2] {
-        let seen = past.iter().filter(|point| point.0 >= self.times[0]);
-        seen.fold(
+        past.iter().filter(|point| point.0 >= self.times[0]).fold(
             [f64::INFINITY, f64::NEG_INFINITY],
             |[least, most], point| [least.min(point.1), most.max(point.1)],
         )
@@ -148,7 +147,7 @@ impl Chart {
         }
     }
 
-    /// Texts of marks from the newest to the oldest, each at its own mark, if they do not
+    /// Returns the texts of marks from the newest to the oldest, each at its own mark, if they do not
     /// touch. Returns the marks with a text; the others are `+` in the same row.
     pub fn texts<'m>(&self, marks: &[&'m TextMark], sheet: &mut Sheet<'_>) -> Vec<&'m TextMark> {
         if self.text_row.is_empty() {
@@ -199,8 +198,10 @@ impl Chart {
     /// Returns the line through `past`, as an alarm at each value that is `lost`.
     pub fn curve(&self, past: &[(f64, f64)], lost: impl Fn(f64) -> bool, sheet: &mut Sheet<'_>) {
         let theme = sheet.theme;
-        let lines = past.windows(2).map(stroke);
-        let seen = lines.filter(|line| line[2] >= self.times[0]);
+        let seen = past
+            .windows(2)
+            .map(stroke)
+            .filter(|line| line[2] >= self.times[0]);
         let beyond = |line: &Stroke| lost(line[1]) || lost(line[3]);
         let (bad, good): (Vec<Stroke>, Vec<Stroke>) = seen.partition(beyond);
         let pen = |style: Style, ascii| Pen { style, ascii };
@@ -271,10 +272,9 @@ fn axis(latency: &LatencyData, used: usize, per_column: f64, mut sheet: Sheet<'_
     let column = Some(column as usize).filter(|column| *column < used);
     let text = format!("period {}", ms(latency.period));
     let places = [(2, start.saturating_sub(1)), (2, room)];
-    let mut periods = places
+    let taken = places
         .into_iter()
-        .filter_map(|place| period(&text, column, place));
-    let taken = periods
+        .filter_map(|place| period(&text, column, place))
         .next()
         .map_or(1, |(at, text)| sheet.put(at, 0, &text, theme.strong()));
     if start > taken {

@@ -83,8 +83,11 @@ fn said(map: &CliffMap, theme: &Theme) -> [String; 2] {
         }
     };
     let (well, runs) = map.survival(column);
-    let verdicts = map.sweep.system.verdicts().into_iter();
-    let word = verdicts
+    let word = map
+        .sweep
+        .system
+        .verdicts()
+        .into_iter()
         .map(|kind| kind.name.replace('_', " "))
         .next()
         .unwrap_or_default();
@@ -148,8 +151,7 @@ impl<'a> Grid<'a> {
         let rows = (0..self.digits).map(|row| {
             let unit_here = unit.filter(|_| row + 1 == self.digits).unwrap_or_default();
             let label = pad(&format!(" {unit_here}"), self.label, theme);
-            let columns = self.map.columns.iter().enumerate();
-            let letters = columns.map(|(rate, value)| {
+            let letters = self.map.columns.iter().enumerate().map(|(rate, value)| {
                 let text = format!("{:>digits$}", value.text, digits = self.digits);
                 let style = if rate == self.map.at.0 {
                     theme.strong().add_modifier(Modifier::REVERSED)

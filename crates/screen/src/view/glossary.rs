@@ -10,11 +10,11 @@ const OF_PLANS: &str = include_str!("glossary_plans.txt");
 /// Returns the words of each row and their meaning, with the words of plans if `planned`.
 pub fn glossary(planned: bool) -> impl Iterator<Item = (&'static str, &'static str)> {
     let of_plans = OF_PLANS.lines().filter(move |_| planned);
-    let rows = GLOSSARY
+    GLOSSARY
         .lines()
         .chain(of_plans)
-        .filter_map(|row| row.split_once("  "));
-    rows.map(|(words, meaning)| (words, meaning.trim_start()))
+        .filter_map(|row| row.split_once("  "))
+        .map(|(words, meaning)| (words, meaning.trim_start()))
 }
 
 #[cfg(test)]

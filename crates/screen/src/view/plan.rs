@@ -71,10 +71,15 @@ pub fn render(plan: &PlanData, mut sheet: Sheet<'_>) {
 /// Returns the action that the last sign stands for: the greatest one, or so often half of it as
 /// all actions allow.
 fn scale(plan: &PlanData) -> f64 {
-    let all = plan.actions.iter().chain(plan.around.iter().flatten());
-    let needed = all.fold(0.0, |most: f64, action| most.max(action.abs()));
-    let mut scales = (0..=DOUBLINGS).map(|times| plan.most / 2_f64.powi(times));
-    scales.rfind(|scale| *scale >= needed).unwrap_or(plan.most)
+    let needed = plan
+        .actions
+        .iter()
+        .chain(plan.around.iter().flatten())
+        .fold(0.0, |most: f64, action| most.max(action.abs()));
+    (0..=DOUBLINGS)
+        .map(|times| plan.most / 2_f64.powi(times))
+        .rfind(|scale| *scale >= needed)
+        .unwrap_or(plan.most)
 }
 
 /// Returns the sign for `share` of the greatest action, −1 to 1.

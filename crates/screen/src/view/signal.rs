@@ -76,8 +76,11 @@ pub fn render(trace: &SignalTrace, newest: Option<&PlanData>, now: Time, sheet: 
     let mut levels = signal_levels(signal);
     levels.extend(safe_levels(trace));
     let age_levels = age_levels(trace.limits);
-    let labels = levels.iter().chain(&age_levels);
-    let widest = labels.map(|level| width(&plain(&level.label, theme))).max();
+    let widest = levels
+        .iter()
+        .chain(&age_levels)
+        .map(|level| width(&plain(&level.label, theme)))
+        .max();
     let margin = widest.filter(|_| labelled).map_or(0, |widest| widest + 1);
     let columns = Columns::new(now, pane.area, margin, theme);
     let range = reach(signal, columns.ends(past));

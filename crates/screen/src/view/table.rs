@@ -59,8 +59,15 @@ pub fn render<T>(
     if height < 2 && !rows.is_empty() {
         return;
     }
-    let names = rows.iter().map(name).chain([title]).map(width);
-    let first = names.max().unwrap_or(0).min(LONGEST_NAME).min(room);
+    let first = rows
+        .iter()
+        .map(name)
+        .chain([title])
+        .map(width)
+        .max()
+        .unwrap_or(0)
+        .min(LONGEST_NAME)
+        .min(room);
     let shown = shown(columns, room - first);
     let row = |name: &str, style: Style, figures: Vec<Span<'static>>| {
         let name = Line::styled(clip(name, first, theme), style);

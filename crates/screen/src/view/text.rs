@@ -104,14 +104,18 @@ pub fn tail(text: &str, room: usize) -> String {
 pub fn broken(text: &str, room: usize, theme: &Theme) -> Vec<String> {
     let text = plain(text, theme);
     let options = Options::new(room.max(1)).word_splitter(WordSplitter::NoHyphenation);
-    let lines = textwrap::wrap(&text, options).into_iter();
-    lines.map(Cow::into_owned).collect()
+    textwrap::wrap(&text, options)
+        .into_iter()
+        .map(Cow::into_owned)
+        .collect()
 }
 
 /// Returns the first of `texts` that fits into `room`; empty if none fits.
 pub fn fitting(texts: impl IntoIterator<Item = String>, room: usize) -> String {
-    let mut fitting = texts.into_iter().filter(|text| width(text) <= room);
-    fitting.next().unwrap_or_default()
+    texts
+        .into_iter()
+        .find(|text| width(text) <= room)
+        .unwrap_or_default()
 }
 
 /// Returns a line of texts, each with its style.
@@ -160,8 +164,10 @@ pub fn signed(value: f64, room: usize, decimals: usize) -> String {
 
 /// Returns a count in at most `room` columns: in thousands, millions and so on where it is large.
 pub fn count(count: u64, room: usize) -> String {
-    let units = ["", "k", "M", "G", "T", "P", "E"].into_iter().zip(0..);
-    let texts = units.map(|(unit, power)| format!("{}{unit}", count / 1_000_u64.pow(power)));
+    let texts = ["", "k", "M", "G", "T", "P", "E"]
+        .into_iter()
+        .zip(0..)
+        .map(|(unit, power)| format!("{}{unit}", count / 1_000_u64.pow(power)));
     fitting(texts, room)
 }
 

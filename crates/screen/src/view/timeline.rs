@@ -52,8 +52,13 @@ pub fn render(timeline: Option<&Timeline>, sheet: Sheet<'_>) {
     let shown = timeline.lanes.len().min(rows);
     let about = Span::styled(about(timeline, shown), theme.faint());
     let mut pane = sheet.boxed(TITLE, about);
-    let names = timeline.lanes.iter().map(|lane| width(&lane.name));
-    let margin = names.max().unwrap_or(0) + 2;
+    let margin = timeline
+        .lanes
+        .iter()
+        .map(|lane| width(&lane.name))
+        .max()
+        .unwrap_or(0)
+        + 2;
     let room = pane.width().saturating_sub(margin + 1);
     for (row, lane) in timeline.lanes[..shown].iter().enumerate() {
         pane.put(1, row, &lane.name, Style::new());
@@ -153,8 +158,7 @@ fn draw(mark: &Mark, timeline: &Timeline, axis: &mut Sheet<'_>) {
 }
 
 fn glyph(kind: MarkKind) -> &'static str {
-    let mut legend = LEGEND.iter();
-    let entry = legend.find(|(known, ..)| *known == kind);
+    let entry = LEGEND.iter().find(|(known, ..)| *known == kind);
     entry.map_or("", |(_, glyph, _)| glyph)
 }
 

@@ -26,13 +26,13 @@ pub fn resolved(path: &Path) -> io::Result<PathBuf> {
     Ok(fs::canonicalize(folder_of(&path))?.join(name))
 }
 
-/// The folder that the file at `path` is in.
+/// Returns the folder that the file at `path` is in.
 pub fn folder_of(path: &Path) -> &Path {
     let folder = path.parent().filter(|folder| *folder != Path::new(""));
     folder.unwrap_or(Path::new("."))
 }
 
-/// Whether both paths lead to one file.
+/// Returns whether both paths lead to one file.
 pub fn is_same(one: &Path, other: &Path) -> bool {
     let linked = || {
         let both = one.is_file() && other.is_file();
@@ -44,8 +44,8 @@ pub fn is_same(one: &Path, other: &Path) -> bool {
     }
 }
 
-/// Whether the file at `path` has other names (hard links), which a new file in its place would
-/// leave behind.
+/// Returns whether the file at `path` has other names (hard links), which a new file in its place
+/// would leave behind.
 pub fn has_other_names(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|about| about.is_file() && about.nlink() > 1)
 }

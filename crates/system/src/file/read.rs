@@ -42,7 +42,7 @@ pub enum TextError {
     Unreadable(#[from] io::Error),
 }
 
-/// What a file is that is not a regular one.
+/// Returns what a file is that is not a regular one.
 fn kind(of: FileType) -> &'static str {
     if of.is_dir() {
         "a directory"

@@ -136,7 +136,7 @@ pub fn remove_unfinished() -> impl Sized {
     names
 }
 
-/// A locked file with a hidden name beside `target`.
+/// Returns a locked file with a hidden name beside `target`.
 fn hidden(target: &Path, folder: &Path) -> io::Result<NamedTempFile> {
     let name = target.file_name().unwrap_or_default().to_string_lossy();
     let stem: String = name.chars().take(LONGEST_STEM).collect();

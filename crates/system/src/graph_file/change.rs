@@ -30,9 +30,9 @@ pub enum ChangeError {
     Node(String),
 }
 
-/// The graph file in `text` with the keys of `change`, such as `node.planner.rate = 10`. A trigger
-/// takes the place of a rate, and a rate that of a trigger, whose topics the node reads then; keys
-/// that only the other one can have are left out.
+/// Returns the graph file in `text` with the keys of `change`, such as `node.planner.rate = 10`. A
+/// trigger takes the place of a rate, and a rate that of a trigger, whose topics the node reads
+/// then; keys that only the other one can have are left out.
 ///
 /// # Errors
 /// [`ChangeError`] for a text that is not TOML, and for a node that the file lacks.
@@ -134,8 +134,8 @@ pub struct KeyChange {
 }
 
 impl GraphFile {
-    /// What may be changed of a node beside its knobs: a trigger in place of its rate, how its
-    /// triggers match, a thread of its own, another kind of executor, and that it goes first.
+    /// Returns what may be changed of a node beside its knobs: a trigger in place of its rate, how
+    /// its triggers match, a thread of its own, another kind of executor, and that it goes first.
     pub fn changes_of(&self, name: &str) -> Vec<KeyChange> {
         let mut changes: Vec<String> = Vec::new();
         let node = self.node(name);
@@ -167,14 +167,14 @@ impl GraphFile {
     /// Other rates of the simulator's clock, if the file has one.
     pub fn clock_changes(&self) -> impl Iterator<Item = KeyChange> {
         let hz = self.clock_hz.into_iter();
-        let rates = hz.flat_map(|hz| CLOCKS.map(|times| times * hz));
-        rates.map(|hz| KeyChange {
-            about: "clock".to_owned(),
-            with: format!("clock.rate = {hz}"),
-        })
+        hz.flat_map(|hz| CLOCKS.map(|times| times * hz))
+            .map(|hz| KeyChange {
+                about: "clock".to_owned(),
+                with: format!("clock.rate = {hz}"),
+            })
     }
 
-    /// Whether `node` shares an executor with a node that is `named`.
+    /// Returns whether `node` shares an executor with a node that is `named`.
     pub fn shares(&self, node: &str, named: impl Fn(&str) -> bool) -> bool {
         let executor = self.executor_of(node);
         executor.is_some_and(|executor| executor.nodes.iter().any(|node| named(&node.text)))

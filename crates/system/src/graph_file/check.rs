@@ -73,7 +73,7 @@ pub(super) fn check(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
     Ok(file)
 }
 
-/// What stands before all sections.
+/// Returns what stands before all sections.
 fn head(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
     let mut file = GraphFile {
         text: text.to_owned(),
@@ -98,10 +98,9 @@ fn topics(block: &Block, key: &str) -> Checked<Vec<Placed>> {
     Ok(topics.to_vec())
 }
 
-/// What the section `at` has happen during a run.
+/// Returns what the section `at` has happen during a run.
 fn events(top: &Block) -> Checked<Vec<PlacedEvent>> {
-    let pairs = top.list("at").chunks_exact(2);
-    let events = pairs.map(|pair| {
+    let events = top.list("at").chunks_exact(2).map(|pair| {
         let [time, knob] = [&pair[0], &pair[1]];
         let seconds: Option<f64> = time.text.trim().parse().ok();
         let at = seconds.and_then(|seconds| Time::from_secs_f64(seconds).ok());
@@ -120,7 +119,7 @@ fn events(top: &Block) -> Checked<Vec<PlacedEvent>> {
     events.collect()
 }
 
-/// The settings in `block`, as knobs.
+/// Returns the settings in `block`, as knobs.
 fn settings(block: &Block) -> Checked<Vec<PlacedKnob>> {
     let mut knobs = Vec::new();
     let is_divided = |kind, text: &str| kind == KnobKind::Rate && divider(block, text).is_some();
@@ -141,7 +140,8 @@ fn divider(block: &Block, text: &str) -> Option<Divider> {
     Divider::parse(&block.name.text, text)
 }
 
-/// The divider of a node whose rate is a fraction of that of one of the `nodes`, and the rate.
+/// Returns the divider of a node whose rate is a fraction of that of one of the `nodes`, and the
+/// rate.
 fn divided_rate<'b>(
     block: &Block,
     nodes: impl Iterator<Item = &'b Block> + Clone,
@@ -167,7 +167,7 @@ fn divided_rate<'b>(
     }
 }
 
-/// A node, with its rate if that is `divided`; its knobs go to `all`.
+/// Returns a node, with its rate if that is `divided`; its knobs go to `all`.
 fn node(block: &Block, divided: Option<Hz>, all: &mut Vec<PlacedKnob>) -> Checked<NodeSpec> {
     name(&block.name)?;
     let mut knobs = settings(block)?;
@@ -191,7 +191,7 @@ fn node(block: &Block, divided: Option<Hz>, all: &mut Vec<PlacedKnob>) -> Checke
     }
     let release = match (rate, block.at("match")) {
         (None, _) => matching(block, &triggers)?.into(),
-        (Some(hz), None) => Release::Every(hz),
+        (Some(hz), None) => Release::AtRate(hz),
         (Some(_), Some(at)) => {
             let what = format!("{:?} ticks at a rate: leave match out", block.name.text);
             return refuse(at, what);
@@ -220,7 +220,8 @@ fn node(block: &Block, divided: Option<Hz>, all: &mut Vec<PlacedKnob>) -> Checke
     })
 }
 
-/// The clocks of nodes that get the time from messages, except nodes with a clock of their own.
+/// Returns the clocks of nodes that get the time from messages, except nodes with a clock of their
+/// own.
 fn simulated_clocks(block: &Block, file: &GraphFile) -> Checked<Vec<PlacedKnob>> {
     let period = block.number("rate").map_or(0.0, |hz| 1e9 / hz);
     let error = format!("0 0 {}", period.round() / 1e6);
@@ -231,15 +232,15 @@ fn simulated_clocks(block: &Block, file: &GraphFile) -> Checked<Vec<PlacedKnob>>
     let nodes = file.nodes.iter().filter(|node| !has_own(node));
     let at = block.at("rate").unwrap_or_default();
     let clock = |node: &NodeSpec| {
-        let clock = KnobKind::Clock
+        KnobKind::Clock
             .set(&node.name, &error)
-            .map(|knob| PlacedKnob { knob, at });
-        clock.or_else(|_| refuse(at, "rate: expected 0.001 to 1000000".to_owned()))
+            .map(|knob| PlacedKnob { knob, at })
+            .or_else(|_| refuse(at, "rate: expected 0.001 to 1000000".to_owned()))
     };
     nodes.map(clock).collect()
 }
 
-/// How the messages of the `triggers` of a node are combined.
+/// Returns how the messages of the `triggers` of a node are combined.
 fn matching(block: &Block, triggers: &[Placed]) -> Checked<Match> {
     let name = &block.name.text;
     if let (true, Some(at)) = (triggers.is_empty(), block.at("trigger")) {
@@ -330,8 +331,10 @@ fn publisher(file: &GraphFile, topic: &Placed) -> Checked {
     }
     // Its own outputs are of no use to a node.
     let reads = |node: &&NodeSpec| node.inputs().any(|input| input.at == topic.at);
-    let others = file.nodes.iter().filter(|node| !reads(node));
-    let published = others
+    let published = file
+        .nodes
+        .iter()
+        .filter(|node| !reads(node))
         .flat_map(|node| &node.publishes)
         .map(|topic| &*topic.text);
     unknown("no node publishes", topic, published)
@@ -378,7 +381,7 @@ fn chain(block: &Block, file: &GraphFile) -> Checked<ChainSpec> {
     Ok(ChainSpec { chain, path })
 }
 
-/// The ages that a bag had.
+/// Returns the ages that a bag had.
 fn bag_ages(block: &Block) -> Checked<Option<BagAges>> {
     let Some(mean_ms) = block.number("bag_mean_ms") else {
         let others = ["bag_p99_ms", "unsure"].into_iter();
@@ -394,7 +397,7 @@ fn bag_ages(block: &Block) -> Checked<Option<BagAges>> {
     }))
 }
 
-/// The limit of a figure, which has one bound.
+/// Returns the limit of a figure, which has one bound.
 fn limit(text: &str, block: &Block) -> Option<FigureLimit> {
     let most = block.number("at_most").map(Bound::AtMost);
     Some(FigureLimit {
@@ -466,11 +469,13 @@ fn whole(file: &GraphFile) -> Checked {
     if file.inner.is_some() {
         return Ok(());
     }
-    let mut read = file.nodes.iter().flat_map(NodeSpec::inputs);
-    read.try_for_each(|topic| publisher(file, topic))
+    file.nodes
+        .iter()
+        .flat_map(NodeSpec::inputs)
+        .try_for_each(|topic| publisher(file, topic))
 }
 
-/// A duration of `ms` milliseconds.
+/// Returns a duration of `ms` milliseconds.
 fn duration(ms: f64) -> Duration {
     Duration::from_nanos((ms * 1e6).round() as u64)
 }

@@ -12,8 +12,8 @@ use super::{GraphFile, NodeSpec, error::Placed};
 type Waiting<'f> = (&'f Placed, usize);
 
 impl GraphFile {
-    /// A topic between nodes that trigger each other in a circle, and their names, if there are
-    /// such nodes.
+    /// Returns a topic between nodes that trigger each other in a circle, and their names, if there
+    /// are such nodes.
     pub(super) fn trigger_circle(&self) -> Option<(&Placed, String)> {
         let mut rest: Vec<usize> = (0..self.nodes.len()).collect();
         while !rest.is_empty() {
@@ -35,7 +35,8 @@ impl GraphFile {
         None
     }
 
-    /// A warning for each circle of nodes that wait for each other's first message for ever.
+    /// Returns a warning for each circle of nodes that wait for each other's first message for
+    /// ever.
     pub(super) fn dead_circles(&self) -> Vec<String> {
         let silent = self.never_publish();
         let mut named: Vec<usize> = Vec::new();
@@ -54,7 +55,7 @@ impl GraphFile {
         warnings
     }
 
-    /// What is wrong with the nodes of a circle, and what helps.
+    /// Returns what is wrong with the nodes of a circle, and what helps.
     fn dead_circle(&self, circle: &[Waiting<'_>]) -> Option<String> {
         let (topic, last) = circle.last()?;
         let last = self.name_of(*last);
@@ -79,7 +80,7 @@ impl GraphFile {
         &self.nodes[node].name
     }
 
-    /// The nodes that can never publish, in the order of the file.
+    /// Returns the nodes that can never publish, in the order of the file.
     fn never_publish(&self) -> Vec<usize> {
         let mut silent: Vec<usize> = (0..self.nodes.len()).collect();
         loop {
@@ -100,18 +101,20 @@ impl GraphFile {
         }
     }
 
-    /// Whether only nodes of `silent` publish `topic`; a topic without a publisher in the file is
-    /// one of the system in the middle.
+    /// Returns whether only nodes of `silent` publish `topic`; a topic without a publisher in the
+    /// file is one of the system in the middle.
     fn is_silent(&self, topic: &Placed, silent: &[usize]) -> bool {
-        let nodes = self.nodes.iter().enumerate();
-        let mut publishers = nodes
+        let mut publishers = self
+            .nodes
+            .iter()
+            .enumerate()
             .filter(|(_, node)| node.publishes(&topic.text))
             .map(|(index, _)| index)
             .peekable();
         publishers.peek().is_some() && publishers.all(|publisher| silent.contains(&publisher))
     }
 
-    /// The first of `topics` that one of `nodes` publishes, and that node.
+    /// Returns the first of `topics` that one of `nodes` publishes, and that node.
     fn waiting<'f>(
         &self,
         mut topics: impl Iterator<Item = &'f Placed>,
@@ -125,14 +128,15 @@ impl GraphFile {
     }
 }
 
-/// The topics that `node` waits for before its first message: all triggers, or any other topic.
+/// Returns the topics that `node` waits for before its first message: all triggers, or any other
+/// topic.
 fn awaited(node: &NodeSpec) -> impl Iterator<Item = &Placed> {
     let reads = node.reads.iter().filter(|_| node.triggers.is_empty());
     node.triggers.iter().chain(reads)
 }
 
-/// The circle that `from` leads to, in the direction of the data; `waiting` returns the topic that
-/// a node waits for, and its publisher. Empty if a node of the way waits for nothing.
+/// Returns the circle that `from` leads to, in the direction of the data; `waiting` returns the
+/// topic that a node waits for, and its publisher. Empty if a node of the way waits for nothing.
 fn circle<'f>(from: usize, waiting: impl Fn(usize) -> Option<Waiting<'f>>) -> Vec<Waiting<'f>> {
     let mut way: Vec<Waiting<'f>> = Vec::new();
     let mut node = from;

@@ -11,25 +11,30 @@ use crate::{FULL, Setup};
 const LATE: Duration = Duration::from_secs(1);
 
 impl GraphSystem {
-    /// What the clocks of a run with `setup` do to nodes at a rate.
+    /// Returns what the clocks of a run with `setup` do to nodes at a rate.
     pub(super) fn clock_warnings(&self, setup: &Setup) -> Vec<String> {
-        let nodes = self.topology().nodes.iter();
-        let timed = nodes.filter(|node| node.triggers.is_empty());
-        let warnings = timed.filter_map(|node| {
-            let mut knobs = setup.iter().filter(|knob| knob.target() == node.name);
-            let error = knobs.find_map(|knob| match knob {
-                Knob::Clock { error, .. } => Some(*error),
-                _ => None,
-            })?;
-            let offset = setup.offset(&node.name).unwrap_or_default();
-            let hz = setup.rate(&node.name).unwrap_or(node.hz);
-            silent(&node.name, error, offset).or_else(|| coarse(&node.name, error, hz))
-        });
+        let warnings = self
+            .topology()
+            .nodes
+            .iter()
+            .filter(|node| node.triggers.is_empty())
+            .filter_map(|node| {
+                let error = setup
+                    .iter()
+                    .filter(|knob| knob.target() == node.name)
+                    .find_map(|knob| match knob {
+                        Knob::Clock { error, .. } => Some(*error),
+                        _ => None,
+                    })?;
+                let offset = setup.offset(&node.name).unwrap_or_default();
+                let hz = setup.rate(&node.name).unwrap_or(node.hz);
+                silent(&node.name, error, offset).or_else(|| coarse(&node.name, error, hz))
+            });
         warnings.collect()
     }
 }
 
-/// A node whose clock shows the due time of the first tick long after the run has begun.
+/// Returns a node whose clock shows the due time of the first tick long after the run has begun.
 fn silent(node: &str, error: ClockError, offset: Duration) -> Option<String> {
     let due = Time::ZERO + offset;
     let first = error.when(due);
@@ -43,7 +48,7 @@ fn silent(node: &str, error: ClockError, offset: Duration) -> Option<String> {
     })
 }
 
-/// A node at a rate above that of the steps of its clock.
+/// Returns a node at a rate above that of the steps of its clock.
 fn coarse(node: &str, error: ClockError, hz: Hz) -> Option<String> {
     let (step, period) = (error.step().as_secs_f64(), 1.0 / hz.get());
     (step > period * FULL).then(|| {

@@ -34,12 +34,12 @@ impl Block {
         self.entries.iter().find(|entry| entry.key.name == key)
     }
 
-    /// The place of the value of `key`, if it is there.
+    /// Returns the place of the value of `key`, if it is there.
     pub(super) fn at(&self, key: &str) -> Option<usize> {
         Some(self.get(key)?.at)
     }
 
-    /// All texts and numbers for knobs, with their keys.
+    /// Returns all texts and numbers for knobs, with their keys.
     pub(super) fn knobs(&self) -> impl Iterator<Item = (&'static str, KnobKind, &Placed)> {
         self.entries
             .iter()
@@ -205,7 +205,7 @@ type KeyOf<'a> = &'a Spanned<DeString<'a>>;
 type ValueOf<'a> = &'a Spanned<DeValue<'a>>;
 type TableEntries<'a> = Vec<(KeyOf<'a>, ValueOf<'a>)>;
 
-/// The entries of a table in the order of the file.
+/// Returns the entries of a table in the order of the file.
 fn in_order<'a>(table: &'a DeTable<'a>) -> TableEntries<'a> {
     let mut entries: Vec<_> = table.iter().collect();
     entries.sort_by_key(|(key, _)| key.span().start);
@@ -252,7 +252,7 @@ fn block(section: &'static FileSection, name: Placed, content: TableEntries<'_>)
     Ok(block)
 }
 
-/// The key of `section` with this name.
+/// Returns the key of `section` with this name.
 fn key_of(section: &'static FileSection, name: &Placed) -> Checked<&'static FormatKey> {
     let named = |word: &str| section.keys.iter().find(|key| key.name == word);
     if let Some(key) = named(&name.text) {
@@ -269,7 +269,7 @@ fn key_of(section: &'static FileSection, name: &Placed) -> Checked<&'static Form
     unknown("unknown key", name, keys.chain(sections))
 }
 
-/// What stands for a `word` of others in `section`, or else in another section.
+/// Returns what stands for a `word` of others in `section`, or else in another section.
 fn meant(section: &FileSection, word: &str) -> Option<String> {
     if section.named || section.name == "clock" {
         let elsewhere = ELSEWHERE.iter().find(|(other, _)| *other == word);
@@ -315,7 +315,7 @@ fn one_of(block: &Block) -> Checked {
     }
 }
 
-/// The texts and numbers in the value of `key`.
+/// Returns the texts and numbers in the value of `key`.
 fn texts(key: &FormatKey, value: ValueOf<'_>) -> Checked<Vec<Placed>> {
     let (at, form) = (value.span().start, key.form);
     let texts = match (form, value.get_ref()) {
@@ -334,7 +334,7 @@ fn texts(key: &FormatKey, value: ValueOf<'_>) -> Checked<Vec<Placed>> {
     texts.map_or_else(|| refuse(at, what()), Ok)
 }
 
-/// Keys and values in turn, each value as `of_value` reads it.
+/// Returns the keys and values in turn, each value as `of_value` reads it.
 fn pairs(
     table: &DeTable<'_>,
     of_value: impl Fn(ValueOf<'_>) -> Option<Placed>,
@@ -364,7 +364,7 @@ fn text(value: ValueOf<'_>) -> Option<Placed> {
     Some(Placed::new(text, value.span().start))
 }
 
-/// A number, or the numbers of a list with blanks in between.
+/// Returns a number, or the numbers of a list with blanks in between.
 fn numbers(value: ValueOf<'_>) -> Option<Placed> {
     let items = match value.get_ref() {
         DeValue::Array(items) => items.iter().map(Spanned::get_ref).collect(),
@@ -375,7 +375,7 @@ fn numbers(value: ValueOf<'_>) -> Option<Placed> {
     Some(Placed::new(&items.join(" "), value.span().start))
 }
 
-/// A number as a person writes it: without a hundred zeros.
+/// Returns a number as a person writes it: without a hundred zeros.
 fn written(number: f64) -> String {
     match number.abs() {
         1e-9..1e15 | 0.0 => number.to_string(),
@@ -383,7 +383,7 @@ fn written(number: f64) -> String {
     }
 }
 
-/// The number in `value`.
+/// Returns the number in `value`.
 fn number(value: &DeValue<'_>) -> Option<f64> {
     match value {
         DeValue::Integer(number) => {

@@ -18,13 +18,13 @@ impl Placed {
         Self { text, at }
     }
 
-    /// Whether it names a topic and no node.
+    /// Returns whether it names a topic and no node.
     pub(super) fn is_topic(&self) -> bool {
         self.text.starts_with('/')
     }
 }
 
-/// Whether `list` has the text `text`.
+/// Returns whether `list` has the text `text`.
 pub(super) fn holds(list: &[Placed], text: &str) -> bool {
     list.iter().any(|known| known.text == text)
 }
@@ -57,7 +57,7 @@ impl GraphRefusal {
         Self { at, what }
     }
 
-    /// The error in `text`, with line and column.
+    /// Returns the error in `text`, with line and column.
     pub(super) fn in_text(self, text: &str) -> GraphFileError {
         let [line, column] = line_and_column(text, self.at);
         let what = self.what;
@@ -86,7 +86,7 @@ pub(super) fn unknown<'n, T>(
     refuse(name.at, format!("{what} {:?}: {instead}", name.text))
 }
 
-/// The word of `known` that is most like `word`, if one is; all of them otherwise.
+/// Returns the word of `known` that is most like `word`, if one is; all of them otherwise.
 pub(super) fn instead<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> String {
     let mut names = HashSet::new();
     let known: Vec<&str> = known
@@ -107,7 +107,7 @@ pub(super) fn instead<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) 
 /// The most names in an error.
 const LISTED: usize = 12;
 
-/// The names as a list.
+/// Returns the names as a list.
 fn listed(names: &[&str]) -> String {
     let (shown, rest) = names.split_at(names.len().min(LISTED));
     match rest {

@@ -11,22 +11,27 @@ use super::{
 };
 
 impl GraphFile {
-    /// The executor of `node`; `None` for a node on its own.
+    /// Returns the executor of `node`; `None` for a node on its own.
     pub(super) fn executor_of(&self, node: &str) -> Option<&ExecutorSpec> {
-        let mut executors = self.executors.iter();
-        executors.find(|executor| holds(&executor.nodes, node))
+        self.executors
+            .iter()
+            .find(|executor| holds(&executor.nodes, node))
     }
 
-    /// The nodes without an executor, with a place for errors.
+    /// Returns the nodes without an executor, with a place for errors.
     fn without_executor(&self, at: usize) -> Vec<Placed> {
-        let rest = self.names().filter(|node| self.executor_of(node).is_none());
-        rest.map(|node| Placed::new(node, at)).collect()
+        self.names()
+            .filter(|node| self.executor_of(node).is_none())
+            .map(|node| Placed::new(node, at))
+            .collect()
     }
 
-    /// The groups and deadlines of nodes whose executors have no use for them.
+    /// Returns the groups and deadlines of nodes whose executors have no use for them.
     pub(super) fn idle_settings(&self) -> Vec<String> {
-        let nodes = self.nodes.iter();
-        let placed = nodes.filter_map(|node| Some((node, self.executor_of(&node.name)?.kind)));
+        let placed = self
+            .nodes
+            .iter()
+            .filter_map(|node| Some((node, self.executor_of(&node.name)?.kind)));
         let idle = placed.flat_map(|(node, kind)| {
             let callback = &node.callback;
             let group = !kind.kind().has_groups && callback.group_name().is_some();
@@ -44,7 +49,8 @@ impl GraphFile {
         idle.collect()
     }
 
-    /// A node as its executor knows it; one of the system in the middle is known by its name.
+    /// Returns a node as its executor knows it; one of the system in the middle is known by its
+    /// name.
     pub(super) fn callback(&self, node: &str) -> Callback {
         let known = self.node(node);
         known.map_or_else(|| Callback::new(node), |known| known.callback.clone())

@@ -62,7 +62,7 @@ pub enum Form {
 }
 
 impl Form {
-    /// The expected values, for errors.
+    /// Returns the expected values, for errors.
     pub fn expected(self) -> String {
         match self {
             Text(what) | List(what) => what.to_owned(),
@@ -81,7 +81,7 @@ impl Form {
         }
     }
 
-    /// Whether `number` is one of its values.
+    /// Returns whether `number` is one of its values.
     pub(super) fn has(self, number: f64) -> bool {
         match self {
             Knob(_) => true,

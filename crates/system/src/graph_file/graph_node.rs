@@ -63,7 +63,8 @@ impl GraphNode {
         tick.publish_stamped(output, stamp.as_nanos() as f64, stamp);
     }
 
-    /// The header stamp that it copies; `None` before there is one, and if it stamps by its clock.
+    /// Returns the header stamp that it copies; `None` before there is one, and if it stamps by its
+    /// clock.
     fn copied_stamp(&self) -> Option<Time> {
         match self.stamp {
             HeaderStamp::Now => None,
@@ -88,8 +89,9 @@ impl Node for GraphNode {
             self.inputs.is_empty() || inputs.any(|input| input.sensed.is_some())
         };
         if self.published {
-            let outputs = self.outputs.iter();
-            outputs.for_each(|output| self.publish(output, tick));
+            self.outputs
+                .iter()
+                .for_each(|output| self.publish(output, tick));
         }
         if let Some(ends) = &mut self.ends {
             ends.began = tick.now();

@@ -85,11 +85,13 @@ impl Fit<'_> {
         members.try_for_each(|node| one_of("no node", node, nodes.clone()))?;
         let topics = topics.iter().map(|topic| &*topic.name);
         let topics = self.file.published().chain(topics);
-        let mut settings = self.file.topics.iter();
-        settings.try_for_each(|topic| one_of("no topic", topic, topics.clone()))
+        self.file
+            .topics
+            .iter()
+            .try_for_each(|topic| one_of("no topic", topic, topics.clone()))
     }
 
-    /// The nodes between topics of the system and their readers.
+    /// Returns the nodes between topics of the system and their readers.
     fn relays(&self, inner: &InnerSpec) -> Checked<Vec<ForwardingNode>> {
         let offered = &self.around.offered;
         let mut relays = Vec::new();
@@ -125,7 +127,8 @@ impl Fit<'_> {
         Ok(())
     }
 
-    /// Whether a step of a path is one of the system; those of the file were checked before.
+    /// Returns whether a step of a path is one of the system; those of the file were checked
+    /// before.
     fn joins(&self, from: &Placed, to: &Placed) -> bool {
         let reading = from.is_topic();
         let (node, topic) = if reading { (to, from) } else { (from, to) };
@@ -133,21 +136,20 @@ impl Fit<'_> {
             return true;
         }
         let Topology { topics, .. } = &self.topology;
-        let known = self
-            .topology
+        self.topology
             .node(&node.text)
-            .zip(self.topology.topic(&topic.text));
-        known.is_some_and(|(node, topic)| {
-            if reading {
-                topics[topic].readers.contains(&node)
-            } else {
-                topics[topic].publishers.contains(&node)
-            }
-        })
+            .zip(self.topology.topic(&topic.text))
+            .is_some_and(|(node, topic)| {
+                if reading {
+                    topics[topic].readers.contains(&node)
+                } else {
+                    topics[topic].publishers.contains(&node)
+                }
+            })
     }
 
-    /// The nodes on the way from the topic `from` of the system to the topic `to`, in the order
-    /// of the data.
+    /// Returns the nodes on the way from the topic `from` of the system to the topic `to`, in the
+    /// order of the data.
     fn line(&self, from: &Placed, to: &Placed) -> Checked<Vec<ForwardingNode>> {
         let mut relays: Vec<ForwardingNode> = Vec::new();
         let mut topic = &to.text;
@@ -156,8 +158,12 @@ impl Fit<'_> {
             refuse(to.at, what)
         };
         while *topic != from.text {
-            let nodes = self.file.nodes.iter();
-            let publishers: Vec<_> = nodes.filter(|node| node.publishes(topic)).collect();
+            let publishers: Vec<_> = self
+                .file
+                .nodes
+                .iter()
+                .filter(|node| node.publishes(topic))
+                .collect();
             let [node] = publishers[..] else {
                 let count = publishers.len();
                 return no_way(format!("{count} nodes publish {topic:?}, expected one"));
@@ -178,7 +184,7 @@ impl Fit<'_> {
         Ok(relays)
     }
 
-    /// The one input of a node between the topic `from` and its reader.
+    /// Returns the one input of a node between the topic `from` and its reader.
     fn single_input<'n>(
         &self,
         node: &'n NodeSpec,

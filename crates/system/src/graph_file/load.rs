@@ -23,19 +23,19 @@ struct Load {
 }
 
 impl Load {
-    /// The share of a core that it needs.
+    /// Returns the share of a core that it needs.
     fn share(self) -> f64 {
         self.hz * self.cost
     }
 }
 
 impl GraphSystem {
-    /// The overloads of a run with `setup`.
+    /// Returns the overloads of a run with `setup`.
     pub(super) fn overloads(&self, setup: &Setup) -> Vec<String> {
         let loads = self.loads(setup);
         let nodes = self.topology().nodes.iter().map(|node| &*node.name);
-        let inner = nodes.filter(|name| self.file.node(name).is_none());
-        let alone = inner
+        let alone = nodes
+            .filter(|name| self.file.node(name).is_none())
             .chain(self.file.names())
             .filter(|node| self.has_core(node))
             .filter_map(|node| {
@@ -53,13 +53,13 @@ impl GraphSystem {
         alone.chain(executors).collect()
     }
 
-    /// Whether a node has a core of its own.
+    /// Returns whether a node has a core of its own.
     fn has_core(&self, node: &str) -> bool {
         let executor = self.file.executor_of(node);
         executor.is_none_or(|executor| executor.kind.shares().is_none())
     }
 
-    /// Its graph, as far as it can be built: what refuses it is told where it is to run.
+    /// Returns its graph, as far as it can be built: what refuses it is told where it is to run.
     pub(super) fn topology(&self) -> &Topology {
         self.topology.get_or_init(|| {
             let setup = Setup::default();
@@ -69,25 +69,29 @@ impl GraphSystem {
         })
     }
 
-    /// The loads of all nodes with `setup`. Messages are taken to arrive at the rates of the
-    /// nodes that publish them.
+    /// Returns the loads of all nodes with `setup`. Messages are taken to arrive at the rates of
+    /// the nodes that publish them.
     fn loads(&self, setup: &Setup) -> Loads<'_> {
         let topology = self.topology();
         let rate = |node: usize| {
             let node = &topology.nodes[node];
             setup.rate(&node.name).unwrap_or(node.hz)
         };
-        let nodes = topology.nodes.iter().zip(topology.ticks_per_second(rate));
-        let loads = nodes.enumerate().map(|(index, (node, hz))| {
-            let load = Load {
-                rate: node.triggers.is_empty().then(|| rate(index)),
-                hz,
-                cost: cost_of(setup, &node.name)
-                    .mean_of(|took| took.as_secs_f64())
-                    .unwrap_or_default(),
-            };
-            (&*node.name, load)
-        });
+        let loads = topology
+            .nodes
+            .iter()
+            .zip(topology.ticks_per_second(rate))
+            .enumerate()
+            .map(|(index, (node, hz))| {
+                let load = Load {
+                    rate: node.triggers.is_empty().then(|| rate(index)),
+                    hz,
+                    cost: cost_of(setup, &node.name)
+                        .mean_of(|took| took.as_secs_f64())
+                        .unwrap_or_default(),
+                };
+                (&*node.name, load)
+            });
         loads.collect()
     }
 
@@ -116,7 +120,7 @@ impl GraphSystem {
         ))
     }
 
-    /// The callback group of a node, or else the node itself.
+    /// Returns the callback group of a node, or else the node itself.
     fn group(&self, node: &str) -> String {
         let known = self.file.node(node);
         let group = known.and_then(|known| known.callback.group_name());
@@ -124,7 +128,7 @@ impl GraphSystem {
     }
 }
 
-/// A node that gets messages faster than it has done with them.
+/// Returns a node that gets messages faster than it has done with them.
 fn swamped(name: &str, load: Load) -> Option<String> {
     let (ms, share) = (shortest_ms(load.cost), load.share());
     (share > FULL).then(|| {

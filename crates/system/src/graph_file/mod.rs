@@ -133,7 +133,7 @@ struct NodeSpec {
 }
 
 impl NodeSpec {
-    /// All topics that it reads, first the ones that trigger it.
+    /// Returns all topics that it reads, first the ones that trigger it.
     fn inputs(&self) -> impl Iterator<Item = &Placed> {
         self.triggers.iter().chain(&self.reads)
     }
@@ -192,8 +192,9 @@ impl GraphFile {
             ..=MOST_BYTES => document::read(text),
             bytes => error::refuse(0, format!("{bytes} bytes: expected up to {MOST_BYTES}")),
         };
-        let file = blocks.and_then(|blocks| check::check(text, &blocks));
-        file.map_err(|refusal| refusal.in_text(text))
+        blocks
+            .and_then(|blocks| check::check(text, &blocks))
+            .map_err(|refusal| refusal.in_text(text))
     }
 
     /// This graph with its settings and events as `change` returns them, such as with measured durations
@@ -219,22 +220,22 @@ impl GraphFile {
         Ok(self)
     }
 
-    /// Name of the graph.
+    /// Returns the name of the graph.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The node called `name`.
+    /// Returns the node called `name`.
     fn node(&self, name: &str) -> Option<&NodeSpec> {
         self.nodes.iter().find(|node| node.name == name)
     }
 
-    /// The names of its nodes.
+    /// Returns the names of its nodes.
     fn names(&self) -> impl Iterator<Item = &str> + Clone {
         self.nodes.iter().map(|node| &*node.name)
     }
 
-    /// The names of the topics that its nodes publish.
+    /// Returns the names of the topics that its nodes publish.
     fn published(&self) -> impl Iterator<Item = &str> + Clone {
         let topics = self.nodes.iter().flat_map(|node| &node.publishes);
         topics.map(|topic| &*topic.text)

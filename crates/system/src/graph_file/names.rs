@@ -9,7 +9,7 @@ use crate::CHAINS;
 /// The longest name (characters).
 const LONGEST_NAME: usize = 64;
 
-/// The node called `name`; `None` if it may be one of the system in the middle, which is
+/// Returns the node called `name`; `None` if it may be one of the system in the middle, which is
 /// checked when that is known.
 pub(super) fn node_of<'f>(file: &'f GraphFile, name: &Placed) -> Checked<Option<&'f NodeSpec>> {
     match file.node(&name.text) {

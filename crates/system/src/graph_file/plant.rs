@@ -104,7 +104,7 @@ impl PlantSpec {
         Ok((spec, inner))
     }
 
-    /// The limit of a group of coordinates.
+    /// Returns the limit of a group of coordinates.
     pub fn limit(&self, group: &str) -> f64 {
         let of = |name| self.limits.iter().find(|(known, _)| known == name);
         of(group)
@@ -114,12 +114,12 @@ impl PlantSpec {
 }
 
 impl GraphFile {
-    /// Its plant, if it has one.
+    /// Returns its plant, if it has one.
     pub fn plant(&self) -> Option<&PlantSpec> {
         self.plant.as_ref()
     }
 
-    /// An error in the value that `key` of its plant has, or in an `item` of a list.
+    /// Returns an error in the value that `key` of its plant has, or in an `item` of a list.
     pub fn plant_error(
         &self,
         key: &str,
@@ -140,7 +140,7 @@ fn number(text: &Placed) -> f64 {
     text.text.parse().unwrap_or(f64::NAN)
 }
 
-/// The names in a table, each with its numbers.
+/// Returns the names in a table, each with its numbers.
 fn numbers(block: &Block, key: &str) -> Vec<(String, Vec<f64>)> {
     let pairs = block.list(key).chunks_exact(2).map(|pair| {
         let numbers = pair[1]

@@ -39,7 +39,7 @@ impl HeaderStamp {
 }
 
 impl NodeSpec {
-    /// The topic whose header stamp it copies, if it copies one.
+    /// Returns the topic whose header stamp it copies, if it copies one.
     fn stamped_by(&self) -> Option<&Placed> {
         match self.stamp {
             HeaderStamp::Now => None,
@@ -49,11 +49,9 @@ impl NodeSpec {
 }
 
 impl GraphFile {
-    /// The clocks for stamps in `setup` of nodes that copy the stamps of others.
+    /// Returns the clocks for stamps in `setup` of nodes that copy the stamps of others.
     pub(super) fn idle_stamp_clocks(&self, setup: &Setup) -> Vec<String> {
-        let knobs = setup.iter();
-        let clocks = knobs.filter(|knob| knob.kind() == KnobKind::StampClock);
-        let idle = clocks.filter_map(|knob| {
+        let idle = setup.iter().filter(|knob| knob.kind() == KnobKind::StampClock).filter_map(|knob| {
             let (node, topic) = (knob.target(), self.node(knob.target())?.stamped_by()?);
             let topic = &topic.text;
             Some(format!(

@@ -36,7 +36,7 @@ struct KeptVerdicts {
 }
 
 impl KeptVerdicts {
-    /// Names the limits of `chains`; `None` without limits.
+    /// Creates names the limits of `chains`; `None` without limits.
     fn new(chains: &[DataChain]) -> Option<Self> {
         let limits: Vec<String> = chains.iter().filter_map(DataChain::within).collect();
         let limits = match &limits[..] {
@@ -57,7 +57,7 @@ impl KeptVerdicts {
 }
 
 impl GraphFile {
-    /// The graph as a system. `known` are the systems that it may have in its middle.
+    /// Returns the graph as a system. `known` are the systems that it may have in its middle.
     ///
     /// # Errors
     /// [`GraphFileError`] if it names another system, or does not fit around it.
@@ -82,7 +82,7 @@ impl GraphFile {
 }
 
 impl GraphSystem {
-    /// The system in the middle of the graph.
+    /// Returns the system in the middle of the graph.
     fn inner(&self) -> Option<&dyn System> {
         Some(&*self.middle.as_ref()?.system)
     }
@@ -127,7 +127,7 @@ impl GraphSystem {
     }
 }
 
-/// The plots: first of the system in the middle, then the data age of each chain.
+/// Returns the plots: first of the system in the middle, then the data age of each chain.
 fn signals(file: &GraphFile, inner: Option<&dyn System>) -> Vec<Signal> {
     let inner = inner.map_or_else(Vec::new, System::signals);
     let ages = file.chains.iter().zip(PEAKS).map(|(spec, value)| {
@@ -145,15 +145,17 @@ fn signals(file: &GraphFile, inner: Option<&dyn System>) -> Vec<Signal> {
     inner.into_iter().chain(ages).collect()
 }
 
-/// A bound of the age along `chain` where nothing is late: the periods of its nodes (ms); 100
-/// without any.
+/// Returns a bound of the age along `chain` where nothing is late: the periods of its nodes (ms);
+/// 100 without any.
 fn usual_age(file: &GraphFile, chain: &ChainSpec) -> f64 {
-    let nodes = file.nodes.iter();
-    let on_it = nodes.filter(|node| chain.place(&node.name).is_some());
-    let periods = on_it.map(|node| match node.release {
-        Release::Every(hz) => hz.period().as_secs_f64() * 1e3,
-        Release::On(_) => 0.0,
-    });
+    let periods = file
+        .nodes
+        .iter()
+        .filter(|node| chain.place(&node.name).is_some())
+        .map(|node| match node.release {
+            Release::AtRate(hz) => hz.period().as_secs_f64() * 1e3,
+            Release::On(_) => 0.0,
+        });
     match 2.0 * periods.sum::<f64>() {
         0.0 => 100.0,
         bound => bound,
@@ -185,8 +187,10 @@ impl System for GraphSystem {
         }
         self.add_nodes(builder)?;
         for executor in &self.file.executors {
-            let nodes = executor.nodes.iter();
-            let callbacks = nodes.map(|node| self.file.callback(&node.text));
+            let callbacks = executor
+                .nodes
+                .iter()
+                .map(|node| self.file.callback(&node.text));
             builder.executor(executor.kind, callbacks)?;
         }
         Ok(())
@@ -279,8 +283,10 @@ impl Judge for GraphSystem {
     }
 
     fn finals_at(&self, at: Time, state: &[f64]) -> Vec<Final> {
-        let chains = self.chains.iter();
-        chains.flat_map(|chain| chain.finals(at, state)).collect()
+        self.chains
+            .iter()
+            .flat_map(|chain| chain.finals(at, state))
+            .collect()
     }
 }
 

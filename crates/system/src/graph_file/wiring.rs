@@ -56,13 +56,13 @@ impl GraphWires {
 }
 
 impl GraphSystem {
-    /// The nodes of the file between a topic of the system and its reader.
+    /// Returns the nodes of the file between a topic of the system and its reader.
     pub(super) fn relays(&self) -> &[ForwardingNode] {
         self.middle.as_ref().map_or(&[], |middle| &middle.relays)
     }
 
-    /// Whether `topic` is one that the nodes of the file publish, and none behind a topic of the
-    /// system.
+    /// Returns whether `topic` is one that the nodes of the file publish, and none behind a topic
+    /// of the system.
     fn is_own(&self, topic: &str) -> bool {
         let published = self.file.published().any(|known| known == topic);
         published && self.relays().iter().all(|relay| relay.to != topic)
@@ -94,10 +94,10 @@ impl GraphSystem {
         wires: &GraphWires,
     ) -> Result<(), BuildError> {
         let inputs = |topics: &[Placed]| -> RecordedTopics {
-            let topics = topics
+            topics
                 .iter()
-                .filter_map(|topic| builder.recorded(&topic.text));
-            topics.collect()
+                .filter_map(|topic| builder.recorded(&topic.text))
+                .collect()
         };
         let (triggers, reads) = (inputs(&node.triggers), inputs(&node.reads));
         let (outputs, ends) = (self.outputs(node, wires), self.ends(node));
@@ -107,8 +107,11 @@ impl GraphSystem {
         let priority = before + node.priority.unwrap_or(index as u32);
         let (release, stamp, only_new) = (node.release, node.stamp, node.only_new);
         builder.released_node(&node.name, release, priority, move |wiring| {
-            let triggers = triggers.iter().map(|topic| topic.trigger(wiring));
-            let mut inputs: Vec<_> = triggers.map(NodeInput::new).collect();
+            let mut inputs: Vec<_> = triggers
+                .iter()
+                .map(|topic| topic.trigger(wiring))
+                .map(NodeInput::new)
+                .collect();
             let reads = reads.iter().map(|topic| topic.reader(wiring));
             inputs.extend(reads.map(NodeInput::new));
             let outputs = outputs.iter().map(|topic| wiring.publisher(topic));
@@ -124,30 +127,32 @@ impl GraphSystem {
         })
     }
 
-    /// The topics that `node` publishes.
+    /// Returns the topics that `node` publishes.
     fn outputs(&self, node: &NodeSpec, wires: &GraphWires) -> Vec<Topic<f64>> {
         let outputs = node.publishes.iter().filter_map(|Placed { text, .. }| {
-            let mut topics = wires.topics.iter();
-            topics.find(|topic| topic.name() == text).cloned()
+            wires
+                .topics
+                .iter()
+                .find(|topic| topic.name() == text)
+                .cloned()
         });
         outputs.collect()
     }
 
-    /// The numbers and the names of the chains that end at `node`.
+    /// Returns the numbers and the names of the chains that end at `node`.
     fn ends(&self, node: &NodeSpec) -> Vec<(usize, String)> {
-        let ends = self
-            .chains
+        self.chains
             .iter()
             .enumerate()
-            .filter(|(_, chain)| chain.last() == node.name);
-        ends.map(|(number, chain)| (number, chain.name.clone()))
+            .filter(|(_, chain)| chain.last() == node.name)
+            .map(|(number, chain)| (number, chain.name.clone()))
             .collect()
     }
 }
 
 impl GraphWires {
-    /// What the chains with these ends take. A system in the middle measures itself what it does:
-    /// the nodes are `alone` without one.
+    /// Returns what the chains with these ends take. A system in the middle measures itself what it
+    /// does: the nodes are `alone` without one.
     fn ends(&self, wiring: &mut Wiring<'_>, ends: &[(usize, String)], alone: bool) -> ChainEnds {
         let chains = ends.iter().map(|(number, name)| ChainEnd {
             number: *number,

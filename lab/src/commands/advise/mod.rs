@@ -107,8 +107,12 @@ fn with_way_out(unmatched: &Unmatched<'_>) -> String {
 
 /// Returns the nodes that skipped periods.
 fn late_nodes(summary: &Summary) -> Vec<&str> {
-    let late = summary.nodes.iter().filter(|node| node.overruns > 0);
-    late.map(|node| &*node.name).collect()
+    summary
+        .nodes
+        .iter()
+        .filter(|node| node.overruns > 0)
+        .map(|node| &*node.name)
+        .collect()
 }
 
 /// Returns whether one of the `measured` changes has the limit kept, or no period skipped.
@@ -174,17 +178,25 @@ impl Advisor<'_> {
     fn oldest<'s>(&self, summary: &'s Summary) -> Option<&'s RunAge> {
         let late = |age: &RunAge| {
             let chain = self.chain_of(age);
-            let excess = chain.and_then(|chain| chain.excess(summary.sim_time, &summary.chains));
-            excess.unwrap_or(f64::NEG_INFINITY)
+            chain
+                .and_then(|chain| chain.excess(summary.sim_time, &summary.chains))
+                .unwrap_or(f64::NEG_INFINITY)
         };
-        let ages = summary.ages.iter().rev();
-        ages.max_by(|one, other| late(one).total_cmp(&late(other)))
+        summary
+            .ages
+            .iter()
+            .rev()
+            .max_by(|one, other| late(one).total_cmp(&late(other)))
     }
 
     /// Returns the chain whose age it is; `None` for a push.
     fn chain_of(&self, age: &RunAge) -> Option<&DataChain> {
-        let mut chains = self.program.system.about().chains.iter();
-        chains.find(|chain| Some(chain.name()) == age.chain.as_deref())
+        self.program
+            .system
+            .about()
+            .chains
+            .iter()
+            .find(|chain| Some(chain.name()) == age.chain.as_deref())
     }
 
     /// Returns a run with its score; `None` if it has no age, where an age is.
@@ -198,8 +210,10 @@ impl Advisor<'_> {
                 summary,
             });
         };
-        let mut ages = summary.ages.iter();
-        let age = ages.find(|age| (&age.chain, &age.node) == (&aged.chain, &aged.node))?;
+        let age = summary
+            .ages
+            .iter()
+            .find(|age| (&age.chain, &age.node) == (&aged.chain, &aged.node))?;
         let (at, row, chain) = (summary.sim_time, &summary.chains, self.chain_of(aged));
         // The mean over run time is measured by the chain itself; parts are worked out afterwards.
         let mean_ms = match chain {
@@ -223,8 +237,10 @@ impl Advisor<'_> {
         let mut both = self.measure(pairs(measured));
         both.retain(|both| {
             let is_part = |part: &&ChangedRun| part.change.is_part_of(&both.change);
-            let mut parts = measured.iter().filter(is_part);
-            parts.all(|part| both.is_better(part))
+            measured
+                .iter()
+                .filter(is_part)
+                .all(|part| both.is_better(part))
         });
         both
     }
@@ -241,9 +257,11 @@ impl Advisor<'_> {
         let bar = ProgressLine::for_runs(runs.len(), false, self.args.json);
         let threads = self.args.threads.unwrap_or_else(all_cores);
         let summaries = run_all(&runs, &self.interrupt, threads, || bar.advance());
-        let known = changes.into_iter().zip(summaries);
-        let measured = known.filter_map(|(change, summary)| self.measured(change, summary?));
-        measured.collect()
+        changes
+            .into_iter()
+            .zip(summaries)
+            .filter_map(|(change, summary)| self.measured(change, summary?))
+            .collect()
     }
 }
 
@@ -281,8 +299,10 @@ impl Score {
         let skipped = nodes()
             .map(|node| node.overruns)
             .fold(0, u64::saturating_add);
-        let timed = nodes().filter(|node| node.triggers.is_empty());
-        let ticks = timed.map(|node| node.ticks).fold(0, u64::saturating_add);
+        let ticks = nodes()
+            .filter(|node| node.triggers.is_empty())
+            .map(|node| node.ticks)
+            .fold(0, u64::saturating_add);
         let late: Duration = nodes().map(|node| node.lateness.sum()).sum();
         let count = nodes().map(|node| node.lateness.count()).sum::<u64>();
         let count = u32::try_from(count).unwrap_or(u32::MAX).max(1);

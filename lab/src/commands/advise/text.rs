@@ -48,8 +48,11 @@ pub fn render(subject: &Subject<'_>, base: &ChangedRun, measured: &[ChangedRun])
     let cells = best.iter().take(PRINTED);
     let cells: Vec<[String; 2]> = cells.map(|run| [figures(run), price(base, run)]).collect();
     let [first, second] = [0, 1].map(|of| {
-        let widths = cells.iter().map(|cells| cells[of].len());
-        widths.max().unwrap_or_default()
+        cells
+            .iter()
+            .map(|cells| cells[of].len())
+            .max()
+            .unwrap_or_default()
     });
     for (run, [figures, price]) in best.iter().zip(&cells) {
         let command = command(&run.change);
@@ -92,7 +95,7 @@ fn figures(run: &ChangedRun) -> String {
     }
 }
 
-/// Messages per second, and the cores that ticks take.
+/// Returns messages per second, and the cores that ticks take.
 fn costs(summary: &Summary) -> [f64; 2] {
     let seconds = summary.sim_time.as_secs_f64().max(f64::MIN_POSITIVE);
     let sent: u64 = summary

@@ -100,8 +100,10 @@ impl CheckedRun {
     /// Returns why its verdict counts as a missed limit, if it does: it is lost, or a chain has no
     /// data.
     fn miss(&self) -> Option<Miss> {
-        let verdict = self.verdict.is_lost().then(|| self.verdict.to_string());
-        let reasons: Vec<String> = verdict
+        let reasons: Vec<String> = self
+            .verdict
+            .is_lost()
+            .then(|| self.verdict.to_string())
             .into_iter()
             .chain(self.without_data.iter().cloned())
             .collect();
@@ -138,7 +140,7 @@ pub fn compare(program: &Program, runs: &[CheckedRun]) -> Result<Results, Error>
     })
 }
 
-/// One limit, and the runs that miss it. What was not measured is missed.
+/// Returns one limit, and the runs that miss it. What was not measured is missed.
 fn compared(
     program: &Program,
     limit: &FigureLimit,
@@ -231,8 +233,9 @@ impl LimitResult {
 
 impl Results {
     fn missed(&self) -> impl Iterator<Item = (&LimitResult, String)> {
-        let limits = self.limits.iter();
-        limits.filter_map(|limit| Some((limit, limit.miss(self.runs)?)))
+        self.limits
+            .iter()
+            .filter_map(|limit| Some((limit, limit.miss(self.runs)?)))
     }
 
     /// Returns a line for each missed limit, and one for the others; the runs were to last to

@@ -166,8 +166,7 @@ impl Learner<'_> {
 
     /// Returns the learner's number for this question; zero where it does not matter.
     fn seed(&self, part: &Exercise) -> u64 {
-        let given = self.args.seed.filter(|_| part.draws());
-        given.unwrap_or_default()
+        self.args.seed.filter(|_| part.draws()).unwrap_or_default()
     }
 
     /// Keeps a prediction, with the learner's number where that matters.

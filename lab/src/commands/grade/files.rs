@@ -30,11 +30,12 @@ pub struct HandIn {
 /// Returns the hand-ins in `dir`, by name. Hidden folders and loose files are none.
 pub fn hand_ins(dir: &Path) -> Result<Vec<HandIn>, Error> {
     let bad = |why: io::Error| Error::BadInput(format!("{}: {why}", dir.display()));
-    let folders = sorted(dir)
+    let hand_ins: Vec<HandIn> = sorted(dir)
         .map_err(bad)?
         .into_iter()
-        .filter(|path| path.is_dir() && !file_name(path).starts_with('.'));
-    let hand_ins: Vec<HandIn> = folders.map(|folder| HandIn::read(&folder)).collect();
+        .filter(|path| path.is_dir() && !file_name(path).starts_with('.'))
+        .map(|folder| HandIn::read(&folder))
+        .collect();
     if hand_ins.is_empty() {
         let why = "there is no hand-in: expected one folder per learner, with answers.toml in it";
         return Err(Error::BadInput(format!("{}: {why}", dir.display())));

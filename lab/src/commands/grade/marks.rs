@@ -141,12 +141,13 @@ impl Measured {
 
     /// Returns the questions with a prediction; with the result, if that is the same for everyone.
     pub fn questions(&self) -> impl Iterator<Item = (&'static Brief, Option<&Findings>)> {
-        let all = exercises::questions().map(|question| question.brief());
-        all.filter_map(|brief| {
-            let mut known = self.0.iter().filter(|((name, _), _)| *name == brief.name);
-            let ((_, seed), findings) = known.next()?;
-            Some((brief, seed.is_none().then_some(findings)))
-        })
+        exercises::questions()
+            .map(|question| question.brief())
+            .filter_map(|brief| {
+                let mut known = self.0.iter().filter(|((name, _), _)| *name == brief.name);
+                let ((_, seed), findings) = known.next()?;
+                Some((brief, seed.is_none().then_some(findings)))
+            })
     }
 }
 
@@ -226,11 +227,11 @@ fn copied(of: &Graded, mark: &GradedPrediction, class: &[Graded]) -> Option<Stri
 
 fn is_worded_alike(one: &str, other: &str) -> bool {
     let words = |reason: &str| {
-        let words = reason
+        reason
             .split(|c: char| !c.is_alphanumeric())
             .filter(|word| !word.is_empty())
-            .map(str::to_lowercase);
-        words.collect::<Vec<_>>()
+            .map(str::to_lowercase)
+            .collect::<Vec<_>>()
     };
     let mine = words(one);
     mine.len() >= TELLING && mine == words(other)
@@ -261,9 +262,11 @@ fn session_flags(of: &Graded, at: usize, class: &[Graded]) -> Flags {
         .iter()
         .filter(|other| other.learner != of.learner)
         .flat_map(|other| {
-            let sessions = other.sessions.iter();
-            let same = sessions.filter(|theirs| alike(&session.commands, &theirs.commands));
-            same.map(|theirs| theirs.name(&other.learner))
+            other
+                .sessions
+                .iter()
+                .filter(|theirs| alike(&session.commands, &theirs.commands))
+                .map(|theirs| theirs.name(&other.learner))
         })
         .collect();
     let copied = (!others.is_empty()).then(|| format!("the same session as {}", others.join(", ")));

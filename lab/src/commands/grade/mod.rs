@@ -102,10 +102,10 @@ impl Graded {
         };
         let (files, program) = (hand_in.recordings, program.clone());
         let sessions: Option<Vec<_>> = signals::done_unless(asked, move || {
-            let sessions = files
+            files
                 .iter()
-                .map(|file| GradedRun::from_file(file, &program));
-            sessions.collect()
+                .map(|file| GradedRun::from_file(file, &program))
+                .collect()
         })
         .map_err(|why| Error::Unfinished(format!("{}: verifying: {why}", hand_in.learner)))?;
         Ok(sessions.map(|sessions| Self {
@@ -134,8 +134,10 @@ impl Graded {
             .map(|why| (self.learner.clone(), why.clone()));
         let sessions = self.sessions.iter().flat_map(|session| {
             let name = session.name(&self.learner);
-            let refused = session.refused.iter();
-            refused.map(move |why| (name.clone(), why.clone()))
+            session
+                .refused
+                .iter()
+                .map(move |why| (name.clone(), why.clone()))
         });
         whole.chain(sessions).collect()
     }
@@ -143,8 +145,10 @@ impl Graded {
 
 /// Returns the predictions of a class for a question, each with whether it is right.
 fn predictions(graded: &[Graded], brief: &Brief) -> impl Iterator<Item = (f64, bool)> {
-    let marks = graded.iter().filter_map(|graded| graded.mark(brief));
-    marks.map(|mark| (mark.prediction.number(), mark.right))
+    graded
+        .iter()
+        .filter_map(|graded| graded.mark(brief))
+        .map(|mark| (mark.prediction.number(), mark.right))
 }
 
 /// Returns the last part of a path, as text.

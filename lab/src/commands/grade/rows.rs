@@ -97,8 +97,10 @@ pub fn json(graded: &[Graded], measured: &Measured) -> Value {
 
 /// Returns the flags with evidence, by kind.
 fn known(flags: &Flags) -> Map<String, Value> {
-    let all = KINDS.iter().zip(flags);
-    let known = all.filter_map(|(kind, why)| Some(((*kind).to_owned(), json!(why.as_ref()?))));
+    let known = KINDS
+        .iter()
+        .zip(flags)
+        .filter_map(|(kind, why)| Some(((*kind).to_owned(), json!(why.as_ref()?))));
     known.collect()
 }
 

@@ -32,8 +32,10 @@ pub fn text(graded: &[Graded], measured: &Measured, roster: Option<&Roster>) -> 
         lines.extend(reasons(graded, brief));
     }
     let flagged = graded.iter().flat_map(|graded| {
-        let found = graded.to_look_at().into_iter();
-        found.map(|(items, why)| format!("{} {items}: {why}", graded.learner))
+        graded
+            .to_look_at()
+            .into_iter()
+            .map(|(items, why)| format!("{} {items}: {why}", graded.learner))
     });
     lines.extend(listed("To look at", "?", flagged));
     let refused = graded
@@ -100,7 +102,7 @@ fn listed(head: &str, sign: &str, items: impl Iterator<Item = String>) -> Vec<St
     lines
 }
 
-/// Number, quantity and unit of a question.
+/// Returns number, quantity and unit of a question.
 fn heading(brief: &Brief) -> String {
     let unit = match &*brief.unit {
         "" => String::new(),
@@ -116,8 +118,10 @@ fn learners(graded: &[Graded], questions: &[(&Brief, Option<&Findings>)]) -> Vec
     let width = |column: &[String]| column.iter().map(|c| c.chars().count()).max().unwrap_or(0);
     let wide = width(&columns[0]);
     let marks = questions.iter().map(|(brief, _)| {
-        let marks = graded.iter().map(|graded| graded.mark(brief));
-        let cells = marks.map(|mark| mark.map_or("-".to_owned(), cell));
+        let cells = graded
+            .iter()
+            .map(|graded| graded.mark(brief))
+            .map(|mark| mark.map_or("-".to_owned(), cell));
         column(heading(brief), cells)
     });
     let right = column("right".to_owned(), graded.iter().map(right));
@@ -135,8 +139,11 @@ fn learners(graded: &[Graded], questions: &[(&Brief, Option<&Findings>)]) -> Vec
             block.push(column);
         }
     }
-    let tables = blocks.iter().map(|block| table(block));
-    tables.collect::<Vec<_>>().join(&String::new())
+    blocks
+        .iter()
+        .map(|block| table(block))
+        .collect::<Vec<_>>()
+        .join(&String::new())
 }
 
 /// Returns a head and the cells below it.
@@ -266,8 +273,8 @@ fn row(what: String, of: &[(f64, bool)]) -> Tally {
 /// Returns the next of 1, 2, 5, 10 and so on that is not below `least`.
 fn round_step(least: f64) -> f64 {
     let power = 10_f64.powf(least.log10().floor());
-    let steps = [1.0, 2.0, 5.0].map(|step| step * power);
-    steps
+    [1.0, 2.0, 5.0]
+        .map(|step| step * power)
         .into_iter()
         .find(|step| *step >= least)
         .unwrap_or(10.0 * power)

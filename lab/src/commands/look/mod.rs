@@ -33,7 +33,7 @@ pub fn look(args: &LookArgs) -> Result<(), Error> {
     reading::if_damaged(&bag)
 }
 
-/// The keys of a bag. Those of what is seldom there are left out without it.
+/// Returns the keys of a bag. Those of what is seldom there are left out without it.
 fn value(bag: &Bag, analysis: &Analysis) -> Value {
     let name = |topic: usize| bag.topics[topic].name.clone();
     let names = |topics: &[usize]| topics.iter().map(|topic| name(*topic)).collect::<Vec<_>>();
@@ -62,7 +62,7 @@ fn value(bag: &Bag, analysis: &Analysis) -> Value {
     all
 }
 
-/// The keys of the whole bag.
+/// Returns the keys of the whole bag.
 fn whole(bag: &Bag, analysis: &Analysis) -> Value {
     let name = |topic: &usize| bag.topics[*topic].name.clone();
     let groups = analysis.clocks.groups.iter().map(|group| {
@@ -98,7 +98,7 @@ fn whole(bag: &Bag, analysis: &Analysis) -> Value {
     whole
 }
 
-/// The keys of a topic.
+/// Returns the keys of a topic.
 fn topic(bag: &Bag, analysis: &Analysis, place: usize) -> Value {
     let (topic, figures) = (&bag.topics[place], &analysis.figures[place]);
     let interval = figures.interval.unwrap_or_default();
@@ -128,7 +128,7 @@ fn topic(bag: &Bag, analysis: &Analysis, place: usize) -> Value {
     keys
 }
 
-/// The name of a clock.
+/// Returns the name of a clock.
 pub fn clock(clock: TopicClock) -> String {
     match clock {
         TopicClock::Log => "log".to_owned(),
@@ -137,7 +137,7 @@ pub fn clock(clock: TopicClock) -> String {
     }
 }
 
-/// The keys of a chain and of the node at its end.
+/// Returns the keys of a chain and of the node at its end.
 fn chain_value(bag: &Bag, analysis: &Analysis, chain: &BagChain) -> Value {
     let mut keys = analysis
         .node(chain.topic)
@@ -166,7 +166,7 @@ fn chain_value(bag: &Bag, analysis: &Analysis, chain: &BagChain) -> Value {
     keys
 }
 
-/// The keys of a node.
+/// Returns the keys of a node.
 fn node(bag: &Bag, node: &BagNode) -> Value {
     let mut keys = json!({"kind": node.kind.name()});
     let Some(input) = &node.input else {

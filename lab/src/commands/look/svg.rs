@@ -20,7 +20,7 @@ const COLUMNS: usize = 900;
 /// The longest name that is drawn (characters).
 const MAX_NAME: usize = 36;
 
-/// The drawing as SVG.
+/// Returns the drawing as SVG.
 pub fn drawing(bag: &Bag, analysis: &Analysis) -> String {
     let topics = bag.topics.len().min(MAX_TOPICS);
     let [width, height] = [NAMES + LANE + 20.0, SCALE + HEIGHT * (topics as f64 + 1.0)];

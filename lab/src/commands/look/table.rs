@@ -10,7 +10,7 @@ use ratelab_recording::printable::in_line;
 /// The most rows of a kind.
 const MAX_ROWS: usize = 40;
 
-/// The lines about the bag in the file called `file`.
+/// Returns the lines about the bag in the file called `file`.
 pub fn text(file: &str, bag: &Bag, analysis: &Analysis) -> String {
     let mut head = vec![(
         "bag",
@@ -35,12 +35,12 @@ pub fn text(file: &str, bag: &Bag, analysis: &Analysis) -> String {
     format!("{}\n\n{topics}\n\n{}", lines(&head), lines(&rest))
 }
 
-/// The name of a topic as it is printed.
+/// Returns the name of a topic as it is printed.
 fn name(bag: &Bag, topic: usize) -> String {
     in_line(&bag.topics[topic].name)
 }
 
-/// The clocks.
+/// Returns the clocks.
 fn clocks(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
     let clocks = &analysis.clocks;
     let on = |wanted: TopicClock| clocks.of_topics.iter().filter(|of| **of == wanted).count();
@@ -80,7 +80,7 @@ fn clocks(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
     rows
 }
 
-/// When the recorder stood still, and what it lost.
+/// Returns when the recorder stood still, and what it lost.
 fn stops(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
     let stalls = analysis.pauses.iter().take(MAX_ROWS).map(|pause| {
         let (at, length) = (pause.at as f64 / 1e9, in_ms(pause.length));
@@ -111,7 +111,7 @@ fn stops(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
     stalls.chain(filled).chain(lost).collect()
 }
 
-/// A row of cells for each topic, below their titles.
+/// Returns a row of cells for each topic, below their titles.
 fn topics(bag: &Bag, analysis: &Analysis) -> Table {
     let titles = [
         "topic", "messages", "Hz", "ms p50", "p99", "max", "jitter", "/s", "age p50", "p99",
@@ -154,7 +154,7 @@ fn short_ms(ns: i64) -> String {
     }
 }
 
-/// The nodes, their chains, twins, threads and guesses.
+/// Returns the nodes, their chains, twins, threads and guesses.
 fn nodes(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
     let mut rows = Vec::new();
     for chain in analysis.chains.iter().take(MAX_ROWS) {
@@ -201,10 +201,13 @@ fn nodes(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
     rows
 }
 
-/// What a node is.
+/// Returns what a node is.
 fn node_line(bag: &Bag, analysis: &Analysis, node: &BagNode) -> String {
-    let leaders = analysis.relations.leaders.iter().enumerate();
-    let twins: Vec<String> = leaders
+    let twins: Vec<String> = analysis
+        .relations
+        .leaders
+        .iter()
+        .enumerate()
         .filter(|(topic, leader)| **leader == node.topic && *topic != node.topic)
         .map(|(topic, _)| name(bag, topic))
         .collect();
@@ -246,7 +249,7 @@ fn node_line(bag: &Bag, analysis: &Analysis, node: &BagNode) -> String {
     format!("{topic} {what}{costs}{also}")
 }
 
-/// The age of a chain.
+/// Returns the age of a chain.
 fn chain(bag: &Bag, chain: &BagChain) -> String {
     let path: Vec<String> = chain.path.iter().map(|topic| name(bag, *topic)).collect();
     let Some(ages) = chain.ages else {
@@ -268,11 +271,13 @@ fn chain(bag: &Bag, chain: &BagChain) -> String {
     text
 }
 
-/// The longest gaps.
+/// Returns the longest gaps.
 fn gaps(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
     const SHOWN: usize = 10;
-    let figures = analysis.figures.iter().enumerate();
-    let mut gaps: Vec<_> = figures
+    let mut gaps: Vec<_> = analysis
+        .figures
+        .iter()
+        .enumerate()
         .flat_map(|(topic, of)| of.gaps.iter().map(move |gap| (topic, *gap)))
         .collect();
     gaps.sort_by_key(|(topic, gap)| (std::cmp::Reverse(gap.length), *topic));

@@ -88,8 +88,8 @@ impl MarginAxis {
         if step == 0 && self.first == 0.0 {
             return Ok(Vec::new());
         }
-        let knobs = self.knobs.iter();
-        knobs
+        self.knobs
+            .iter()
             .map(|knob| super::knob(&knob.replace("{}", value)))
             .collect()
     }

@@ -74,8 +74,10 @@ impl MarginReport<'_> {
     /// Returns the margins in a line each.
     pub fn text(&self) -> String {
         let (runs, spec) = (self.trials.seeds.len(), self.spec);
-        let named = spec.limits.iter().filter(|(name, _)| name != "*");
-        let mut limits: Vec<String> = named
+        let mut limits: Vec<String> = spec
+            .limits
+            .iter()
+            .filter(|(name, _)| name != "*")
             .map(|(name, limit)| format!("{name} {limit}"))
             .collect();
         if let Some(limit) = self.other_limit {

@@ -131,7 +131,7 @@ impl MarginRuns<'_> {
     }
 }
 
-/// What the text of a verdict has in brackets, or else the text.
+/// Returns what the text of a verdict has in brackets, or else the text.
 fn cause(text: &str) -> &str {
     let inside = text
         .split_once('(')

@@ -123,8 +123,9 @@ impl ExercisePanel {
         match (&mut self.page, key) {
             (PanelPage::List, KeyCode::Char(digit)) => {
                 let number = digit.to_digit(10);
-                let mut numbers = questions().map(|exercise| exercise.brief().number);
-                let index = numbers.position(|of| Some(of) == number);
+                let index = questions()
+                    .map(|exercise| exercise.brief().number)
+                    .position(|of| Some(of) == number);
                 self.at = index.unwrap_or(self.at);
             }
             (PanelPage::Question { hinted, .. }, KeyCode::Tab) => *hinted = true,

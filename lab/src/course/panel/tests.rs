@@ -13,7 +13,7 @@ fn answer(panel: &mut ExercisePanel, text: &str) -> PanelAction {
     press(panel, KeyCode::Enter)
 }
 
-/// The marked line of the list.
+/// Returns the marked line of the list.
 fn marked(panel: &ExercisePanel) -> String {
     let text = panel.page().text;
     let mut lines = text.lines();
@@ -21,7 +21,7 @@ fn marked(panel: &ExercisePanel) -> String {
     line.expect("a mark").to_owned()
 }
 
-/// A panel without answers, and the folder of its file.
+/// Returns a panel without answers, and the folder of its file.
 fn new_panel() -> (ExercisePanel, tempfile::TempDir) {
     let folder = tempfile::tempdir().expect("folder");
     let file = folder.path().join("answers.toml");

@@ -37,8 +37,13 @@ pub fn lines(summary: &SweepSummary, style: &MapStyle) -> Vec<String> {
 
 /// Returns a figure of linear theory for each cell, beside the map.
 pub fn theory(summary: &SweepSummary, style: &MapStyle, figure: &Figure) -> Vec<String> {
-    let texts = summary.rows().iter().map(|row| figure.text(row));
-    let widest = texts.map(|text| text.len()).max().unwrap_or(1);
+    let widest = summary
+        .rows()
+        .iter()
+        .map(|row| figure.text(row))
+        .map(|text| text.len())
+        .max()
+        .unwrap_or(1);
     pieces(summary, style, widest + 1, |rows, place| {
         format!("{:>widest$} ", figure.text(&rows[place]))
     })
@@ -76,8 +81,10 @@ fn pieces(
         if first > 0 {
             lines.push(String::new());
         }
-        let names = [&*grid.heading].into_iter().chain(iter::repeat(""));
-        let axis = names.zip(axis(&grid.values[piece.clone()], cell));
+        let axis = [&*grid.heading]
+            .into_iter()
+            .chain(iter::repeat(""))
+            .zip(axis(&grid.values[piece.clone()], cell));
         lines.extend(axis.map(|(name, cells)| line(name, &cells)));
         for (place, (name, rows)) in grid.groups.iter().enumerate() {
             let cells: String = piece.clone().map(|place| text(rows, place)).collect();
@@ -97,8 +104,7 @@ fn pieces(
 
 /// Returns the edges that theory draws between two groups, each as wide as a cell.
 fn edges(rows: &[RowSummary], next: &[RowSummary], cell: usize, theme: &Theme) -> String {
-    let pairs = rows.iter().zip(next);
-    let marks = pairs.map(|(row, next)| {
+    let marks = rows.iter().zip(next).map(|(row, next)| {
         let edge = row.edge(next);
         let [flat, _] = edge.map_or([" "; 2], |edge| edge_marks(edge, theme));
         flat.repeat(cell - 1) + " "
@@ -117,10 +123,11 @@ fn axis(labels: &[&str], cell: usize) -> Vec<String> {
         return vec![cells.collect()];
     }
     let line = |number: usize| {
-        let letters = labels
+        labels
             .iter()
-            .map(|label| label.chars().nth(number).unwrap_or(' '));
-        letters.map(|letter| format!("{letter:<cell$}")).collect()
+            .map(|label| label.chars().nth(number).unwrap_or(' '))
+            .map(|letter| format!("{letter:<cell$}"))
+            .collect()
     };
     (0..longest).map(line).collect()
 }

@@ -112,8 +112,10 @@ pub fn by_age(summary: &SweepSummary, table: &AgeTable, style: &MapStyle) -> Str
 }
 
 fn head_lines(summary: &SweepSummary, theme: &Theme) -> Vec<String> {
-    let head = head(summary, theme).into_iter();
-    head.map(|(name, text)| line(name, &text)).collect()
+    head(summary, theme)
+        .into_iter()
+        .map(|(name, text)| line(name, &text))
+        .collect()
 }
 
 /// Returns the axes of the sweep, and its progress, each with a name.
@@ -142,14 +144,14 @@ fn fixed(sweep: &Sweep) -> String {
     let Some(cell) = sweep.cell(0) else {
         return String::new();
     };
-    let columns = columns::knob_columns(sweep)
+    let fixed = columns::knob_columns(sweep)
         .into_iter()
-        .filter(|column| !column.is_swept_by_another(sweep));
-    let fixed = columns.filter(|column| {
-        sweep
-            .axis(&column.name)
-            .is_none_or(|axis| axis.values.len() == 1 && sweep.axes.last() != Some(axis))
-    });
+        .filter(|column| !column.is_swept_by_another(sweep))
+        .filter(|column| {
+            sweep
+                .axis(&column.name)
+                .is_none_or(|axis| axis.values.len() == 1 && sweep.axes.last() != Some(axis))
+        });
     let parts = fixed.map(|column| {
         let value = column.with_unit(&column.short(sweep, &cell));
         format!("{} {value}", column.label())
@@ -170,12 +172,13 @@ fn factors(sweep: &Sweep) -> Vec<String> {
         format!("{count} {plural}")
     };
     let main = sweep.axes.last();
-    let columns = columns::knob_columns(sweep).into_iter();
-    let several = columns.filter_map(|column| {
-        let axis = sweep.axis(&column.name)?;
-        let counts = axis.values.len() > 1 || main == Some(axis);
-        counts.then(|| count(axis.values.len(), &column.noun()))
-    });
+    let several = columns::knob_columns(sweep)
+        .into_iter()
+        .filter_map(|column| {
+            let axis = sweep.axis(&column.name)?;
+            let counts = axis.values.len() > 1 || main == Some(axis);
+            counts.then(|| count(axis.values.len(), &column.noun()))
+        });
     several.chain([count(sweep.seeds.len(), "seed")]).collect()
 }
 
@@ -203,8 +206,12 @@ const SHORT_BAR: usize = 6;
 /// Returns the rows of one group.
 fn list(summary: &SweepSummary, rows: &[RowSummary], theme: &Theme) -> Vec<String> {
     let (heading, good) = (summary.main.heading(), &summary.good);
-    let values = rows.iter().map(|row| row.value.chars().count());
-    let wide = values.max().unwrap_or(0).max(heading.chars().count());
+    let wide = rows
+        .iter()
+        .map(|row| row.value.chars().count())
+        .max()
+        .unwrap_or(0)
+        .max(heading.chars().count());
     let counts = rows
         .iter()
         .map(|row| row.survival_text().len())

@@ -86,8 +86,9 @@ fn entry(package: &Package, numbers: &BTreeSet<usize>) -> String {
 pub fn viewer(machine: &Machine) -> Result<String, Error> {
     let metadata = metadata(machine)?;
     let rerun = metadata.packages.iter().find(|p| p.name == "rerun");
-    let version = rerun.map(|package| package.version.to_string());
-    version.ok_or_else(|| Error::silent("cargo metadata", "version of rerun"))
+    rerun
+        .map(|package| package.version.to_string())
+        .ok_or_else(|| Error::silent("cargo metadata", "version of rerun"))
 }
 
 fn metadata(machine: &Machine) -> Result<Metadata, Error> {

@@ -109,15 +109,15 @@ impl GraphScene {
             Some(Command::Set(Knob::Depth { topic, depth: deep })) => (topic, depth(deep.get())),
             _ => return false,
         };
-        let mut vertices = self.vertices.iter_mut();
-        let vertex = vertices.find(|vertex| vertex.name == *name);
+        let vertex = self.vertices.iter_mut().find(|vertex| vertex.name == *name);
         vertex.map(|vertex| vertex.setting = setting).is_some()
     }
 
     /// Returns the labels of the vertices now.
     fn labels(&self) -> impl Iterator<Item = String> {
-        let vertices = self.vertices.iter();
-        vertices.map(|vertex| format!("{}\n{}", vertex.name, vertex.setting))
+        self.vertices
+            .iter()
+            .map(|vertex| format!("{}\n{}", vertex.name, vertex.setting))
     }
 
     /// Logs `labels` of all vertices for each row.

@@ -33,7 +33,7 @@ impl LatencyScene {
         })
     }
 
-    /// Names and looks.
+    /// Returns the names and looks.
     pub fn begin(&self, rec: &RecordingStream) -> Written {
         let latency = format!("{} latency (ms)", self.meter);
         let period = self.period.iter().map(|period| {
@@ -107,8 +107,7 @@ impl PeriodInForce {
     /// Returns the period for a tick at `time`. A change takes effect before any tick that is due
     /// with it.
     fn at(&self, time: Time) -> Duration {
-        let mut periods = self.periods.iter().rev();
-        let period = periods.find(|(from, _)| *from <= time);
+        let period = self.periods.iter().rev().find(|(from, _)| *from <= time);
         period.map_or(Duration::ZERO, |(_, period)| *period)
     }
 }

@@ -99,8 +99,9 @@ pub fn widths(count: usize) -> impl Iterator<Item = f32> {
 /// cover data as a legend does.
 pub fn key<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     let colours = SERIES.iter().cycle();
-    let named = names.into_iter().zip(colours);
-    let words: Vec<String> = named
+    let words: Vec<String> = names
+        .into_iter()
+        .zip(colours)
         .map(|(name, (_, colour))| format!("{name} {colour}"))
         .collect();
     words.join(", ")

@@ -108,8 +108,8 @@ impl Scene {
     }
 }
 
-/// Names and colours of the points that show how late the ticks of each node began; the ticks
-/// themselves are recorded for readers too. Virtual time is never late.
+/// Returns the names and colours of the points that show how late the ticks of each node began; the
+/// ticks themselves are recorded for readers too. Virtual time is never late.
 fn begin_lateness(rec: &RecordingStream, start: &Snapshot) -> Written {
     for (node, colour) in start.nodes.iter().zip(lines::series(start.nodes.len())) {
         let points = SeriesPoints::new()

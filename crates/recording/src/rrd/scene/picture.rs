@@ -155,12 +155,10 @@ fn outline(shape: &Shape) -> Vec<[f32; 2]> {
         Shape::Circle {
             centre: [x, y],
             radius,
-        } => {
-            let turns = (0..=SIDES).map(|side| TAU * f64::from(side) / f64::from(SIDES));
-            turns
-                .map(|turn| point([x + radius * turn.cos(), y + radius * turn.sin()]))
-                .collect()
-        }
+        } => (0..=SIDES)
+            .map(|side| TAU * f64::from(side) / f64::from(SIDES))
+            .map(|turn| point([x + radius * turn.cos(), y + radius * turn.sin()]))
+            .collect(),
         Shape::Label { .. } => Vec::new(),
     }
 }

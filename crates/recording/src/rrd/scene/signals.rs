@@ -156,16 +156,17 @@ fn send_rates(
 
 /// Returns when a mode changed by a command among `events`, and to what.
 fn changes(events: &[Event], mode: impl Fn(&Command) -> Option<String>) -> Vec<(Time, String)> {
-    let changes = events.iter();
-    changes
+    events
+        .iter()
         .filter_map(|event| Some((event.at, mode(event.applied()?)?)))
         .collect()
 }
 
 /// Returns when `node` crashed, hung and ran again.
 fn faults(node: &str, events: &[Event]) -> Vec<(Time, &'static str)> {
-    let knobs = events.iter().filter_map(Event::change);
-    let changes = knobs
+    let changes = events
+        .iter()
+        .filter_map(Event::change)
         .filter(|timed| timed.knob.target() == node)
         .flat_map(|timed| match timed.knob {
             Knob::Crash { .. } => vec![(timed.at, CRASHED)],

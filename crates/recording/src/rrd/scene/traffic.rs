@@ -95,7 +95,7 @@ impl Traffic {
         }
     }
 
-    /// Names and looks of the lines.
+    /// Returns the names and looks of the lines.
     pub fn begin(&self, rec: &RecordingStream) -> Written {
         lines::begin(rec, PER_SECOND, &self.lines(&["msg/s"]))?;
         lines::begin(rec, DROPPED, &self.lines(&["dropped"]))
@@ -105,11 +105,14 @@ impl Traffic {
     fn lines(&self, units: &[&str]) -> Vec<Line> {
         let count = self.topics.len();
         let looks = lines::series(count).zip(lines::widths(count));
-        let topics = self.topics.iter().zip(looks);
-        let lines = topics.flat_map(|(topic, (colour, width))| {
-            let names = units.iter().map(|unit| format!("{} ({unit})", topic.name));
-            names.map(move |name| Line::new(name, colour, width))
-        });
+        let lines = self
+            .topics
+            .iter()
+            .zip(looks)
+            .flat_map(|(topic, (colour, width))| {
+                let names = units.iter().map(|unit| format!("{} ({unit})", topic.name));
+                names.map(move |name| Line::new(name, colour, width))
+            });
         lines.collect()
     }
 

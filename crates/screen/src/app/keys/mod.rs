@@ -152,14 +152,14 @@ impl KeyTable {
         rows.filter(move |row| has(row.needs))
     }
 
-    /// Keys and what they do, where there is what they need.
+    /// Returns the keys and what they do, where there is what they need.
     pub fn rows(&self, has: impl Fn(Need) -> bool) -> Vec<(&'static str, &'static str)> {
         self.available(has)
             .map(|row| (row.keys, row.help))
             .collect()
     }
 
-    /// Keys and what the footer says of them.
+    /// Returns the keys and what the footer says of them.
     pub fn hints(&self, has: impl Fn(Need) -> bool) -> Vec<(String, &'static str)> {
         self.available(has).filter_map(KeyRow::hint).collect()
     }
@@ -170,17 +170,21 @@ impl KeyTable {
             let mut rows = self.available(|_| true);
             rows.find(|row| row.names().next() == Some(*key))
         };
-        let rows = first.iter().filter_map(row);
-        rows.filter_map(KeyRow::hint).collect()
+        first
+            .iter()
+            .filter_map(row)
+            .filter_map(KeyRow::hint)
+            .collect()
     }
 
     /// Returns the rows, as `ratelab keys` prints them.
     pub fn text(&self, has: impl Fn(Need) -> bool) -> String {
-        let rows = self.rows(has).into_iter();
-        rows.fold(String::new(), |mut text, (keys, help)| {
-            let _ = writeln!(text, "{keys:<15} {help}");
-            text
-        })
+        self.rows(has)
+            .into_iter()
+            .fold(String::new(), |mut text, (keys, help)| {
+                let _ = writeln!(text, "{keys:<15} {help}");
+                text
+            })
     }
 }
 

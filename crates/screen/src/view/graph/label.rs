@@ -64,8 +64,11 @@ impl Router<'_> {
     /// up to the first bend.
     fn trunk(&self, route: &Route) -> Option<(usize, usize, usize)> {
         let first = route.publishers.first()?;
-        let mut exits = self.layout.exits.iter();
-        let exit = exits.find(|exit| (exit.topic, exit.node) == (route.topic, *first))?;
+        let exit = self
+            .layout
+            .exits
+            .iter()
+            .find(|exit| (exit.topic, exit.node) == (route.topic, *first))?;
         let [start, _] = *self.layout.gaps.get(exit.gap)?;
         let room = self.limit(exit.gap).saturating_sub(start);
         let [start, row, room] = [start, exit.row, room].map(usize::from);

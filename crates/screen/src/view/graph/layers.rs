@@ -134,8 +134,7 @@ impl Layering {
     }
 
     fn source_height(&self, node: usize, height: &[Option<f64>]) -> Option<f64> {
-        let topics = self.into[node].iter();
-        let sources = topics.flat_map(|topic| &self.into[*topic]);
+        let sources = self.into[node].iter().flat_map(|topic| &self.into[*topic]);
         let known: Vec<f64> = sources.filter_map(|source| height[*source]).collect();
         (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
     }

@@ -25,8 +25,12 @@ const LIST_SPACE: usize = 3;
 
 /// Returns the number of rows of a list of the topics of `routes` in `room` columns.
 pub(super) fn rows(frame: &FrameData, routes: &Routes, room: usize) -> usize {
-    let read = routes.all.iter().filter(|route| !route.dangles());
-    let topics: Vec<&TopicData> = read.map(|route| &frame.topics[route.topic]).collect();
+    let topics: Vec<&TopicData> = routes
+        .all
+        .iter()
+        .filter(|route| !route.dangles())
+        .map(|route| &frame.topics[route.topic])
+        .collect();
     let name = name_width(topics.iter().copied());
     topics.len().div_ceil(side_by_side(name, room))
 }
@@ -38,8 +42,11 @@ pub(super) fn room(topics: &[TopicText<'_>], area: Rect) -> usize {
 }
 
 fn name_width<'a>(topics: impl Iterator<Item = &'a TopicData>) -> usize {
-    let names = topics.map(|topic| width(&topic.name));
-    names.max().unwrap_or(0).min(LIST_NAME)
+    topics
+        .map(|topic| width(&topic.name))
+        .max()
+        .unwrap_or(0)
+        .min(LIST_NAME)
 }
 
 /// Returns the number of entries with names of this width beside each other.
@@ -198,7 +205,7 @@ impl TopicText<'_> {
         }
     }
 
-    /// Messages per second, in a constant width of seven columns.
+    /// Returns messages per second, in a constant width of seven columns.
     pub(super) fn rate(&self) -> String {
         let rate = self.topic.per_second;
         let decimals = usize::from(rate < 999.95);
@@ -223,9 +230,13 @@ impl TopicText<'_> {
     }
 
     fn is_overdue(&self, held: Duration) -> bool {
-        let publishers = self.topic.publishers.iter();
-        let nodes = publishers.filter_map(|node| self.view.frame.nodes.get(*node));
-        let shortest = nodes.map(|node| node.hz.period()).min();
+        let shortest = self
+            .topic
+            .publishers
+            .iter()
+            .filter_map(|node| self.view.frame.nodes.get(*node))
+            .map(|node| node.hz.period())
+            .min();
         shortest.is_some_and(|period| held.as_secs_f64() > OVERDUE * period.as_secs_f64())
     }
 }

@@ -164,8 +164,13 @@ impl AreaPlan {
         if layers.is_empty() || room[0] < MIN_BOX || room[1] == 0 {
             return None;
         }
-        let names = frame.nodes.iter().map(|node| width(&node.name));
-        let name = names.max().unwrap_or(0).min(LONGEST_NAME);
+        let name = frame
+            .nodes
+            .iter()
+            .map(|node| width(&node.name))
+            .max()
+            .unwrap_or(0)
+            .min(LONGEST_NAME);
         let captions = frame.nodes.iter().filter_map(|node| node.caption);
         let caption = captions.map(width).max();
         // With a row for captions, or for the verbs of captions.
@@ -318,13 +323,13 @@ impl AreaPlan {
     /// Returns the width of a line out of the last column with its name.
     fn dangling(&self, frame: &FrameData) -> usize {
         let last = self.columns.len();
-        let dangling_edges = self
-            .routes
+        self.routes
             .all
             .iter()
-            .filter(|r| r.dangles() && r.gaps.contains(&last));
-        let names = dangling_edges.map(|r| dangling_width(&frame.topics[r.topic].name));
-        names.max().unwrap_or(0)
+            .filter(|r| r.dangles() && r.gaps.contains(&last))
+            .map(|r| dangling_width(&frame.topics[r.topic].name))
+            .max()
+            .unwrap_or(0)
     }
 }
 

@@ -114,8 +114,11 @@ impl Routes {
 
     /// Returns the topics that go up or down in gap `gap`.
     pub(super) fn bends_in(&self, gap: usize) -> usize {
-        let here = self.all.iter().filter(|r| r.bends() && !r.dangles());
-        here.filter(|route| route.gaps.contains(&gap)).count()
+        self.all
+            .iter()
+            .filter(|r| r.bends() && !r.dangles())
+            .filter(|route| route.gaps.contains(&gap))
+            .count()
     }
 
     /// Returns the maximum number of topics that go up or down in any gap between columns.

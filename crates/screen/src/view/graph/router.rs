@@ -46,26 +46,33 @@ impl<'a> Router<'a> {
 
     /// Returns the lines of all topics.
     pub(super) fn wires(&self) -> Vec<Wire> {
-        let routes = self.layout.routes.all.iter().enumerate();
-        routes
+        self.layout
+            .routes
+            .all
+            .iter()
+            .enumerate()
             .map(|(number, route)| self.wire(number, route))
             .collect()
     }
 
     /// Returns the first column of `gap` with a vertical line, or the end of the gap.
     pub(super) fn limit(&self, gap: usize) -> u16 {
-        let tracks = self.tracks.range((gap, 0)..(gap + 1, 0)).map(|(_, x)| *x);
-        tracks.min().unwrap_or(self.layout.gaps[gap][1])
+        self.tracks
+            .range((gap, 0)..(gap + 1, 0))
+            .map(|(_, x)| *x)
+            .min()
+            .unwrap_or(self.layout.gaps[gap][1])
     }
 
     /// Returns the rows at which route `number` enters and leaves `gap`.
     fn passage(&self, number: usize, gap: usize) -> WirePassage {
         let topic = self.layout.routes.all[number].topic;
         let [from, to] = [&self.layout.exits, &self.layout.entries].map(|ports| {
-            let here = ports
+            ports
                 .iter()
-                .filter(|port| port.topic == topic && port.gap == gap);
-            here.map(|port| port.row).collect()
+                .filter(|port| port.topic == topic && port.gap == gap)
+                .map(|port| port.row)
+                .collect()
         });
         WirePassage {
             route: number,
@@ -82,9 +89,14 @@ impl<'a> Router<'a> {
 
     /// Returns the topics that go up or down in `gap`.
     fn bends(&self, gap: usize) -> Vec<WirePassage> {
-        let routes = self.layout.routes.all.iter().enumerate();
-        let here = routes.filter(|(_, route)| route.gaps.contains(&gap) && !route.dangles());
-        let passages = here.map(|(number, _)| self.passage(number, gap));
+        let passages = self
+            .layout
+            .routes
+            .all
+            .iter()
+            .enumerate()
+            .filter(|(_, route)| route.gaps.contains(&gap) && !route.dangles())
+            .map(|(number, _)| self.passage(number, gap));
         let bent = |passage: &WirePassage| {
             let mut rows = passage.from.iter().chain(&passage.to);
             let first = rows.next();
@@ -162,10 +174,14 @@ impl<'a> Router<'a> {
 
     /// Returns whether a line out of the frame would overlap another one.
     fn is_taken(&self, topic: usize, gap: usize, row: u16) -> bool {
-        let routes = self.layout.routes.all.iter().enumerate();
-        let others = routes.filter(|(_, route)| route.topic != topic);
-        let mut before = others.filter(|(_, route)| !route.dangles() || route.topic < topic);
-        before.any(|(number, _)| self.passage(number, gap).from.contains(&row))
+        self.layout
+            .routes
+            .all
+            .iter()
+            .enumerate()
+            .filter(|(_, route)| route.topic != topic)
+            .filter(|(_, route)| !route.dangles() || route.topic < topic)
+            .any(|(number, _)| self.passage(number, gap).from.contains(&row))
     }
 }
 

@@ -19,7 +19,7 @@ fn rich(frame: &FrameData, width: u16, height: u16) -> String {
     text(&buffer(frame, &RICH, width, height))
 }
 
-/// A cycle, two topics between the same nodes, and one that skips a node.
+/// Returns a cycle, two topics between the same nodes, and one that skips a node.
 fn circle() -> FrameData {
     let node = |name| sample::node(name, 50.0, 320, true);
     let nodes = ["sensor", "logic", "actuator"].map(node).to_vec();
@@ -33,7 +33,7 @@ fn circle() -> FrameData {
     sample::frame_data(nodes, topics)
 }
 
-/// A thousand nodes that all publish to the same topic.
+/// Returns a thousand nodes that all publish to the same topic.
 fn crowd() -> FrameData {
     let node = |_| sample::node("node", 50.0, 320, true);
     let all: Vec<usize> = (0..1_000).collect();

@@ -3,11 +3,16 @@
 use std::{collections::BTreeMap, mem};
 
 use ratelab::Time;
-use ratelab_metrics::{AgeStage, Lineage, PushInForce, nanos};
+
+use super::{
+    Lineage,
+    parts::{AgeStage, nanos},
+    push::PushInForce,
+};
 
 /// An age over run time. It counts in whole nanoseconds, so that its parts sum to it.
 #[derive(Clone, Debug, Default)]
-pub(super) struct AgeOverTime {
+pub struct AgeOverTime {
     /// Twice the integral of each part (ns²), in the order of their first occurrence.
     sums: Vec<(AgeStage, i128)>,
     /// Over this time (ns).
@@ -26,7 +31,8 @@ impl AgeOverTime {
         for part in &fixed.parts {
             self.sum(part.stage, 2 * time, nanos(part.took));
         }
-        for (stage, from, to) in push.growing() {
+        let growing = push.growing().into_iter();
+        for (stage, from, to) in growing.filter(|(_, from, _)| *from < end) {
             // It grows from `from` to `to`, and stays as it is after that.
             let grows = [begin, end].map(|at| at.clamp(from, to));
             let [first, last] = grows.map(|at| nanos(at.since(from)));
@@ -58,22 +64,24 @@ impl AgeOverTime {
         }
     }
 
-    /// Its mean (ns); `None` if no time has passed.
-    pub(super) fn mean_ns(&self) -> Option<i64> {
-        let sums = self.sums.iter();
-        let twice = sums.fold(0, |all: i128, (_, sum)| all.saturating_add(*sum));
+    /// Returns its mean (ns); `None` if no time has passed.
+    pub fn mean_ns(&self) -> Option<i64> {
+        let twice = self
+            .sums
+            .iter()
+            .fold(0, |all: i128, (_, sum)| all.saturating_add(*sum));
         Some(self.share(twice)).filter(|_| self.time > 0)
     }
 
-    /// A sum over the time, rounded.
+    /// Returns a sum over the time, rounded.
     fn share(&self, twice: i128) -> i64 {
         let time = self.time.max(1);
         i64::try_from(twice.saturating_add(time).div_euclid(2 * time)).unwrap_or(i64::MAX)
     }
 
-    /// The mean of each part (ns), in the order from the sensing to now: they sum to the mean of
-    /// the age.
-    pub(super) fn parts(&self) -> Vec<(AgeStage, i64)> {
+    /// Returns the mean of each part (ns), in the order from the sensing to now: they sum to the
+    /// mean of the age.
+    pub fn parts(&self) -> Vec<(AgeStage, i64)> {
         let (mut sum, mut until) = (0_i128, 0);
         let parts = self.sums.iter().map(|(stage, twice)| {
             sum = sum.saturating_add(*twice);
@@ -83,9 +91,9 @@ impl AgeOverTime {
         parts.filter(|(_, ns)| *ns != 0).collect()
     }
 
-    /// The age that it does not exceed for this share of the time (ns), to the microsecond;
+    /// Returns the age that it does not exceed for this share of the time (ns), to the microsecond;
     /// `None` if no time has passed.
-    pub(super) fn quantile(&self, share: f64) -> Option<i64> {
+    pub fn quantile(&self, share: f64) -> Option<i64> {
         let ages = self.teeth.keys().zip(self.teeth.keys().skip(1));
         let mut teeth = 0;
         let steps = self.teeth.values().zip(ages).map(|(more, (from, to))| {
@@ -106,18 +114,21 @@ impl AgeOverTime {
     }
 
     /// Adds the push age of a node over run time `from` to `to`, as far as its pushes are known.
-    pub(super) fn extend(&mut self, lineage: &Lineage, node: usize, from: Time, to: Time) {
+    pub fn extend(&mut self, lineage: &Lineage, node: usize, from: Time, to: Time) {
         for (push, end) in lineage.pushes_between(node, from, to) {
             self.add(&push, push.since.max(from), end);
         }
     }
 }
 
-/// The mean of each part of the push age of a node over run time `from` to `to` (ns),
+/// Returns the mean of each part of the push age of a node over run time `from` to `to` (ns),
 /// in the order from the sensing to now; empty without known pushes.
 pub fn mean_parts(lineage: &Lineage, node: usize, from: Time, to: Time) -> Vec<(AgeStage, f64)> {
     let mut ages = AgeOverTime::default();
     ages.extend(lineage, node, from, to);
-    let parts = ages.parts().into_iter().filter(|(_, ns)| *ns > 0);
-    parts.map(|(stage, ns)| (stage, ns as f64)).collect()
+    ages.parts()
+        .into_iter()
+        .filter(|(_, ns)| *ns > 0)
+        .map(|(stage, ns)| (stage, ns as f64))
+        .collect()
 }
