@@ -49,8 +49,8 @@ fn what_is_refused_is_given_back_and_what_is_allowed_is_printed_in_full() {
         "control-hz 0 |
          rate nobody 5 | expected sensor, policy, actuator
          depth /nowhere 5 | expected /obs, /action, /state
-         rubbish 5 | control-hz, sensor-hz, queue-depth, policy, think-ms, on-stale, chunk, \
-             plan, expect-delay
+         rubbish 5 | control-hz, sensor-hz, queue-depth, policy, think-ms, on-stale, observe, \
+             chunk, plan, expect-delay
          policy none.pt | none.pt: expected
          rate policy | expected rate NODE HZ",
     ) {
