@@ -32,8 +32,17 @@ const CAPTION_GAP: usize = 3;
 /// Maximum number of strokes of a shape.
 const MAX_STROKES: f64 = 400.0;
 
+/// How a picture is fitted into the pane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fit {
+    /// Around the preferred area; where one side of that is short, around the focus.
+    Area,
+    /// Around all of the robot, wherever it goes.
+    Robot,
+}
+
 /// Draws a picture, and its captions in the last line.
-pub fn render(picture: Option<&Picture>, verdict: &VerdictData, sheet: Sheet<'_>) {
+pub fn render(picture: Option<&Picture>, fit: Fit, verdict: &VerdictData, sheet: Sheet<'_>) {
     let theme = sheet.theme;
     let lost = picture.is_some() && verdict.standing == Standing::Lost;
     let word = if lost {
@@ -53,7 +62,7 @@ pub fn render(picture: Option<&Picture>, verdict: &VerdictData, sheet: Sheet<'_>
         .map(|caption| Line::raw(with_signs(caption)));
     let room = pane.width().saturating_sub(1);
     pane.line(1, last, &side_by_side(captions, CAPTION_GAP, room, theme));
-    if let Some(drawing) = Drawing::new(picture, lost, theme, rows(pane.area, 0, last)) {
+    if let Some(drawing) = Drawing::new(picture, fit, (lost, theme), rows(pane.area, 0, last)) {
         drawing.draw(picture, &mut pane);
     }
 }
@@ -85,7 +94,12 @@ struct Drawing<'t> {
 }
 
 impl<'t> Drawing<'t> {
-    fn new(picture: &Picture, lost: bool, theme: &'t Theme, area: Rect) -> Option<Self> {
+    fn new(
+        picture: &Picture,
+        fit: Fit,
+        (lost, theme): (bool, &'t Theme),
+        area: Rect,
+    ) -> Option<Self> {
         let spare = usize::from(area.height > WITH_LABELS);
         let canvas = rows(area, 0, usize::from(area.height) - spare);
         let (wide, high) = BrailleCanvas::dots(canvas, theme);
@@ -105,7 +119,7 @@ impl<'t> Drawing<'t> {
         let all = by_width.max(by_height);
         let shorter = (width * aspect * across).min(height * down) / all;
         let filled = by_width.min(by_height);
-        let moving = extent(picture);
+        let moving = Some(picture).filter(|_| fit == Fit::Robot).and_then(extent);
         let has_room = moving.is_none_or(|[left, bottom, right, top]| {
             (right - left) * aspect <= (wide - 1.0) * filled
                 && top - bottom <= (high - 1.0) * filled
@@ -118,11 +132,12 @@ impl<'t> Drawing<'t> {
         let dot = [size / aspect, size];
         let [fx, fy] = picture.focus;
         let span = [(wide - 1.0) * dot[0], (high - 1.0) * dot[1]];
-        let [left_part, bottom_part, right_part, top_part] = moving.unwrap_or(picture.view);
-        let x = window([left, right], fx, span[0], dot[0], 0.5);
-        let x = followed(x, [left_part, right_part], fx, span[0], dot[0]);
-        let y = window([bottom, top], fy, span[1], dot[1], 0.0);
-        let y = followed(y, [bottom_part, top_part], fy, span[1], dot[1]);
+        let mut x = window([left, right], fx, span[0], dot[0], 0.5);
+        let mut y = window([bottom, top], fy, span[1], dot[1], 0.0);
+        if let Some([left, bottom, right, top]) = moving {
+            x = followed(x, [left, right], fx, span[0], dot[0]);
+            y = followed(y, [bottom, top], fy, span[1], dot[1]);
+        }
         Some(Self {
             canvas: BrailleCanvas::new(canvas, [x, x + span[0]], [y, y + span[1]], theme),
             labels: area,
