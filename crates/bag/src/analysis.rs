@@ -16,7 +16,7 @@ use crate::{
     pauses::{Pause, moved, pauses},
     period::period,
     stamps::{MAX_RELATED, Relations, TopicEvents, is_stamped},
-    threads::{busy_until, shared},
+    threads::{NodeThreads, busy_until},
 };
 
 /// The most topics that are guessed about.
@@ -69,6 +69,8 @@ pub struct Analysis {
     pub filled: Vec<usize>,
     /// Groups of topics whose nodes share a thread.
     pub shared: Vec<Vec<usize>>,
+    /// Pairs of topics whose nodes may share a thread: too few of their runs met to tell.
+    pub may_share: Vec<(usize, usize)>,
     /// What may follow what, by timing alone.
     pub guesses: Vec<Guess>,
     /// The chains, by topic.
@@ -99,6 +101,7 @@ impl Analysis {
             relations: Relations::default(),
             nodes: Vec::new(),
             shared: Vec::new(),
+            may_share: Vec::new(),
             guesses: Vec::new(),
             chains: Vec::new(),
             begins: HashMap::new(),
@@ -169,7 +172,10 @@ impl Analysis {
     fn find_threads(&mut self) {
         let found = self.found();
         let runs: Vec<_> = self.nodes.iter().map(|node| found.runs(node)).collect();
-        let groups = shared(&runs);
+        let NodeThreads {
+            shared: groups,
+            undecided,
+        } = NodeThreads::new(&runs);
         let mut again = Vec::new();
         for group in &groups {
             let events = |place: &usize| &*self.series[self.nodes[*place].topic].events;
@@ -182,6 +188,11 @@ impl Analysis {
         for (place, node) in again {
             self.nodes[place] = node;
         }
+        let topic = |place: usize| self.nodes[place].topic;
+        let undecided = undecided.into_iter();
+        self.may_share = undecided
+            .map(|(one, other)| (topic(one), topic(other)))
+            .collect();
         let topics = |group: Vec<usize>| group.into_iter().map(|place| self.nodes[place].topic);
         self.shared = groups
             .into_iter()

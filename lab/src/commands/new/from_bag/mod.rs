@@ -17,6 +17,7 @@ use ratelab_system::{MAX_CHAINS, graph_file::GraphFile};
 
 use orders::{ThreadOrder, nearest};
 use sheet::{GraphSheet, ValueTable, node_name, number};
+use unsure::OpenQuestions;
 
 use crate::{
     error::Error,
@@ -184,6 +185,9 @@ impl Draft<'_> {
                 ));
             }
             let mut lines = vec![format!("\n[topic.{}]", self.quoted(topic))];
+            if depth == 1 && self.readers(topic).any(reader::is_short) {
+                lines.push("depth = 1   # a newer one took the place of what waited".to_owned());
+            }
             if depth > 1 {
                 lines.push(format!("depth = {depth}   # so many waited in the bag"));
             }
@@ -244,8 +248,10 @@ impl Draft<'_> {
                 format!("bag_mean_ms = {mean:.3}"),
                 format!("bag_p99_ms = {p99:.3}"),
             ];
-            let unsure = unsure::reason(self.analysis, chain);
-            lines.extend(unsure.map(|why| format!("unsure = {}", sheet::quoted(&why))));
+            let OpenQuestions { unsure, open } = OpenQuestions::new(self.analysis, chain);
+            for (key, why) in [("unsure", unsure), ("open", open)] {
+                lines.extend(why.map(|why| format!("{key} = {}", sheet::quoted(&why))));
+            }
             lines.iter().for_each(|line| self.sheet.line(line));
         }
     }
@@ -259,11 +265,12 @@ pub fn write(path: &Path, from: &Path, edges: &[String]) -> Result<(), Error> {
         refuse_existing("new", new)?;
     }
     let bag = reading::read_bag(from)?;
-    let analysis = Analysis::with_edges(&bag, &edges_of(&bag, edges)?);
+    let mut analysis = Analysis::with_edges(&bag, &edges_of(&bag, edges)?);
     let name = node_name(&path.file_stem().unwrap_or_default().to_string_lossy());
     let data = folder.file_name().unwrap_or_default().to_string_lossy();
-    let graph = |orders: &[ThreadOrder]| graph(&bag, &analysis, &name, &data, orders);
-    let graph = nearest(&analysis, graph);
+    let graph =
+        |analysis: &Analysis, orders: &[ThreadOrder]| graph(&bag, analysis, &name, &data, orders);
+    let graph = nearest(&mut analysis, graph);
     if !graph.text.contains("\n[node.") {
         let why = "no node can be made of this bag: its topics need header stamps and a rate";
         return Err(Error::BadInput(format!("--from {}: {why}", from.display())));
