@@ -130,7 +130,8 @@ fn make_room(node: &mut Table, name: &str, change: &Value) -> Vec<String> {
 /// node is as that has it: a rate is changed of a timer, a trigger takes the place of one.
 fn read_anew(node: &mut Table, mut other: Table, change: &Value) -> Option<Value> {
     let [to_rate, to_trigger] = ["rate", "trigger"].map(|key| change.get(key).is_some());
-    let is_kind = other.contains_key("rate") || other.contains_key("trigger");
+    let is_kind = other.contains_key("takes")
+        && (other.contains_key("rate") || other.contains_key("trigger"));
     if is_kind && (to_rate || to_trigger) {
         if node.contains_key("trigger") && change.get("takes").is_none() {
             // Its costs as a timer lack the wait for a tick.
@@ -139,6 +140,9 @@ fn read_anew(node: &mut Table, mut other: Table, change: &Value) -> Option<Value
             node.extend(other);
             return most.map(Value::String);
         }
+        return None;
+    }
+    if to_rate && other.contains_key("rate") {
         return None;
     }
     if to_trigger {

@@ -78,8 +78,11 @@ fn kind(other: &str) -> &'static str {
         ("trigger", "is triggered"),
         ("takes", "works longer"),
     ];
+    if other.contains("only_new") && !other.contains("takes") {
+        return "is silent without new data";
+    }
     let kind = kinds.iter().find(|(key, _)| other.contains(key));
-    kind.map_or("is silent without new data", |(_, what)| what)
+    kind.map_or("is another one", |(_, what)| what)
 }
 
 /// The nodes that got another rate or a trigger, though the bag does not tell which of both they have.
@@ -92,7 +95,8 @@ pub fn doubted(before: &str, now: &str) -> Vec<String> {
     let is_doubted = |(name, node): &(&String, &Table)| {
         let others = node.get("or").and_then(Value::as_array);
         let mut others = others.into_iter().flatten().filter_map(Value::as_str);
-        let has_kind = others.any(|other| other.contains("rate") || other.contains("trigger"));
+        let has_kind =
+            others.any(|other| kind(other).ends_with("timer") || other.contains("trigger"));
         has_kind && !is_kept(name)
     };
     let doubted = nodes(&before).filter(is_doubted);

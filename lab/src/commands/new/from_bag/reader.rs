@@ -140,10 +140,34 @@ impl Draft<'_> {
             };
             others.push(self.reading(&format!("{name}.early"), node, input, earliest));
         }
-        if input.triggered.repeats < NO_REPEATS && !is_only_new {
-            others.push("only_new = true".to_owned());
+        if input.triggered.repeats < NO_REPEATS {
+            let times = self.most_ticks(node, input, timed);
+            let rate = nine_digits(f64::from(times) * 1e9 / timed.period);
+            match (times, is_only_new) {
+                (1, true) => {}
+                (1, false) => others.push("only_new = true".to_owned()),
+                _ => others.push(format!("rate = {rate}, only_new = true")),
+            }
         }
         self.others(&others);
+    }
+
+    /// How many times as often a timer may tick that is silent without new data: it leaves out no
+    /// input, and none waited longer for its tick.
+    fn most_ticks(&self, node: &BagNode, input: &InputOfNode, timed: Timed) -> u32 {
+        const MOST: u32 = 10;
+        if timed.is_late || input.triggered.left_out * 20 > input.triggered.steps.len() {
+            return 1;
+        }
+        let outputs = self.analysis.found().outputs(node);
+        let runs = outputs.iter().flat_map(|outputs| outputs.runs(timed));
+        let mut waits: Vec<f64> = runs.map(|run| run.tick - run.reads.0).collect();
+        waits.sort_by(f64::total_cmp);
+        let longest = waits.get(waits.len() * 98 / 100).copied();
+        let longest = longest.unwrap_or(timed.period);
+        let mut times = (2..=MOST).rev();
+        let fits = |times: &u32| longest < timed.period / f64::from(*times);
+        times.find(fits).unwrap_or(1)
     }
 
     /// Writes the other readings of a node.
