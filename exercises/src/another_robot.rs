@@ -40,7 +40,7 @@ const QUAD: RobotFiles = RobotFiles {
 };
 
 impl RobotFiles {
-    /// The robot, with another limit for all joints if one is given.
+    /// Returns the robot, with another limit for all joints if one is given.
     fn robot(&self, limit: Option<f64>) -> Result<RobotPlant, Failure> {
         let limits = limit.map(|limit| format!("\nlimits = {{ \"*\" = {limit} }}\n"));
         let text = self.graph.to_owned() + &limits.unwrap_or_default();

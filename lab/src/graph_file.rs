@@ -26,6 +26,7 @@ pub fn open(program: &Program, path: &Path, with: &[String]) -> Result<Program, 
     let graph = text.map_err(|why| Error::BadInput(format!("{name}: {why}")))?;
     let program = Program {
         folder: path.parent().unwrap_or(Path::new("")).to_owned(),
+        unchanged: (!with.is_empty()).then(|| Arc::from(&*graph)),
         ..program.clone()
     };
     let (program, left_out) = program.with_graph_text(&name, graph, with)?;
@@ -83,6 +84,7 @@ impl Program {
             course: false,
             built_in: self.built_in.clone(),
             file: with.is_empty().then(|| name.to_owned()),
+            unchanged: self.unchanged.clone(),
             folder: self.folder.clone(),
         };
         Ok((program, left_out))

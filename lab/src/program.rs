@@ -25,6 +25,8 @@ pub struct Program {
     pub built_in: Arc<dyn System>,
     /// The name of the graph file, as it is on the disk.
     pub file: Option<String>,
+    /// The graph file before it was changed on the command line, if it was.
+    pub unchanged: Option<Arc<str>>,
     /// The folder of the graph file, from which it names its files: models lie there or below.
     pub folder: PathBuf,
 }
@@ -37,6 +39,7 @@ impl Program {
             system,
             course,
             file: None,
+            unchanged: None,
             folder: PathBuf::new(),
         }
     }
@@ -48,6 +51,7 @@ impl Program {
             course: self.course && graph.is_none(),
             built_in: self.built_in.clone(),
             file: None,
+            unchanged: None,
             folder: self.folder.clone(),
             system: graph.unwrap_or_else(|| self.system.clone()),
         }

@@ -225,7 +225,7 @@ impl Schedule {
         self.send(task_set, event, now, over)
     }
 
-    /// A job is done: the scheduler hears of it, unless it was the begin of a tick that
+    /// Returns a job is done: the scheduler hears of it, unless it was the begin of a tick that
     /// failed, and the tick is recorded. Returns whether it ends the run of this `state`.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 
 use ratelab_system::{
     Bound,
-    graph_file::{GraphFile, MOST_PARTS, changed, format::SECTIONS},
+    graph_file::{GraphFile, MOST_PARTS, changed, doubted, format::SECTIONS, readings},
 };
 
 use crate::support::*;
@@ -426,4 +426,62 @@ fn a_figure_at_its_bound_is_within_it_however_its_sums_are_rounded() {
     ] {
         assert_eq!(bound.holds(value), holds, "{bound:?} {value}");
     }
+}
+
+/// The graph of a bag that does not tell a timer from a trigger.
+const OPEN: &str = r#"
+    name = "a"
+    [node.cam]
+    rate = 10
+    offset = 5
+    [node.n]
+    trigger = ["/cam"]
+    takes = 30
+    or = ["rate = 20, offset = 3, takes = 10", "only_new = true"]
+    [node.m]
+    trigger = ["/n"]
+    [topic."/n"]
+    depth = 1
+"#;
+
+#[test]
+fn a_change_has_the_readings_phases_and_queues_that_the_bag_did_not_show() {
+    let with = |now: &str| -> Vec<String> {
+        let all = readings(OPEN, now).into_iter();
+        all.map(|reading| reading.with.join("; ")).collect()
+    };
+    let timer = r#"node."n" = { rate = 20, offset = 3, takes = 10 }"#;
+    let silent = r#"node."n" = { only_new = true }"#;
+    let queues = r#"topic."/cam".depth = 10"#;
+    assert_eq!(with(OPEN), [timer, silent, queues]);
+    let faster = with(&OPEN.replace("rate = 10", "rate = 20.0"));
+    let phases = ["17.500000", "30.000000", "42.500000"];
+    let phases = phases.map(|ms| format!(r#"node."cam".offset = {ms}"#));
+    assert_eq!((faster.len(), &faster[2..5]), (6, &phases[..]));
+    assert_eq!(doubted(OPEN, OPEN), [""; 0]);
+    let as_timer = OPEN.replace(r#"trigger = ["/cam"]"#, "rate = 40");
+    assert_eq!(doubted(OPEN, &as_timer), ["n"]);
+}
+
+#[test]
+fn a_change_of_what_only_another_reading_has_is_one_of_that_reading() {
+    let node = |change: &str| {
+        let file = changed(OPEN, change).expect("a change").text;
+        file.split("[node.n]").nth(1).unwrap_or_default().to_owned()
+    };
+    let faster = node("node.n.rate = 40");
+    for part in [
+        "takes = 10\n",
+        "offset = 3\n",
+        r#"or = ["takes = 30", "only_new = true"]"#,
+    ] {
+        assert!(faster.contains(part), "{part}: {faster}");
+    }
+    // In place of a timer, which it must have been.
+    let triggered = node(r#"node.n.trigger = ["/cam"]"#);
+    for part in ["takes = 10\n", r#"or = ["takes = 30"]"#] {
+        assert!(triggered.contains(part), "{part}: {triggered}");
+    }
+    let quicker = node("node.n.takes = 15");
+    assert!(quicker.contains("takes = 5.0"), "{quicker}");
 }

@@ -18,7 +18,8 @@ pub struct Ages {
 }
 
 impl Ages {
-    /// The ages of data that began at the second and was published at the first time of each of
+    /// Creates the ages of data that began at the second and was published at the first time of
+    /// each of
     /// `events`, until `end`.
     pub fn new(events: &[(i64, i64)], end: i64) -> Option<Self> {
         let mut ages: Vec<i64> = events.iter().map(|(e, s)| e.saturating_sub(*s)).collect();
@@ -34,7 +35,7 @@ impl Ages {
     }
 }
 
-/// The mean age over time until `end`, and what it does not exceed for 99 % of that.
+/// Returns the mean age over time until `end`, and what it does not exceed for 99 % of that.
 pub fn over_time(events: &[(i64, i64)], end: i64) -> Option<(f64, i64)> {
     let mut newest = i64::MIN;
     // Age at the beginning of each time, and its length.

@@ -16,7 +16,7 @@ use crate::{
     pauses::{Pause, moved, pauses},
     period::period,
     stamps::{MAX_RELATED, Relations, TopicEvents, is_stamped},
-    threads::{busy_until, shared},
+    threads::{NodeThreads, busy_until},
 };
 
 /// The most topics that are guessed about.
@@ -69,6 +69,8 @@ pub struct Analysis {
     pub filled: Vec<usize>,
     /// Groups of topics whose nodes share a thread.
     pub shared: Vec<Vec<usize>>,
+    /// Pairs of topics whose nodes may share a thread: too few of their runs met to tell.
+    pub may_share: Vec<(usize, usize)>,
     /// What may follow what, by timing alone.
     pub guesses: Vec<Guess>,
     /// The chains, by topic.
@@ -99,6 +101,7 @@ impl Analysis {
             relations: Relations::default(),
             nodes: Vec::new(),
             shared: Vec::new(),
+            may_share: Vec::new(),
             guesses: Vec::new(),
             chains: Vec::new(),
             begins: HashMap::new(),
@@ -114,7 +117,7 @@ impl Analysis {
         analysis
     }
 
-    /// What nodes are found in.
+    /// Returns what nodes are found in.
     pub fn found(&self) -> NodeSearch<'_> {
         NodeSearch {
             series: &self.series,
@@ -123,12 +126,12 @@ impl Analysis {
         }
     }
 
-    /// The node that publishes a topic.
+    /// Returns the node that publishes a topic.
     pub fn node(&self, topic: usize) -> Option<&BagNode> {
         self.nodes.iter().find(|node| node.topic == topic)
     }
 
-    /// The chain that ends with a topic.
+    /// Returns the chain that ends with a topic.
     pub fn chain(&self, topic: usize) -> Option<&BagChain> {
         self.chains.iter().find(|chain| chain.topic == topic)
     }
@@ -169,7 +172,10 @@ impl Analysis {
     fn find_threads(&mut self) {
         let found = self.found();
         let runs: Vec<_> = self.nodes.iter().map(|node| found.runs(node)).collect();
-        let groups = shared(&runs);
+        let NodeThreads {
+            shared: groups,
+            undecided,
+        } = NodeThreads::new(&runs);
         let mut again = Vec::new();
         for group in &groups {
             let events = |place: &usize| &*self.series[self.nodes[*place].topic].events;
@@ -182,6 +188,11 @@ impl Analysis {
         for (place, node) in again {
             self.nodes[place] = node;
         }
+        let topic = |place: usize| self.nodes[place].topic;
+        let undecided = undecided.into_iter();
+        self.may_share = undecided
+            .map(|(one, other)| (topic(one), topic(other)))
+            .collect();
         let topics = |group: Vec<usize>| group.into_iter().map(|place| self.nodes[place].topic);
         self.shared = groups
             .into_iter()
@@ -191,8 +202,11 @@ impl Analysis {
 
     /// Finds when the data of each root began.
     fn find_begins(&mut self) {
-        let roots = self.nodes.iter().filter(|node| node.kind == Kind::Sensor);
-        let begins = roots.map(|node| (node.topic, self.root_clock(node.topic)));
+        let begins = self
+            .nodes
+            .iter()
+            .filter(|node| node.kind == Kind::Sensor)
+            .map(|node| (node.topic, self.root_clock(node.topic)));
         self.begins = begins.collect();
     }
 
@@ -251,7 +265,7 @@ impl Analysis {
         }
     }
 
-    /// The topics from the root to `topic`.
+    /// Returns the topics from the root to `topic`.
     fn path(&self, topic: usize) -> Vec<usize> {
         let mut path = vec![topic];
         let parent = |topic: usize| self.node(topic).and_then(BagNode::parent);
@@ -265,19 +279,22 @@ impl Analysis {
         path
     }
 
-    /// When the data of each message of a topic began: by its event (ns).
+    /// Returns when the data of each message of a topic began: by its event (ns).
     pub fn begun(&self, root: usize, topic: usize) -> Vec<(i64, i64)> {
         let Some(clock) = self.begins.get(&root) else {
             return Vec::new();
         };
         let series = &self.series[topic];
-        let pairs = series.events.iter().zip(&series.stamps);
-        let stamped = pairs.filter(|(_, stamp)| **stamp != NO_STAMP);
-        let begun = stamped.map(|(event, stamp)| {
-            let usual = || kept(stamp.saturating_add(clock.usual));
-            let begin = clock.begins.get(stamp).copied().unwrap_or_else(usual);
-            (*event, begin)
-        });
+        let begun = series
+            .events
+            .iter()
+            .zip(&series.stamps)
+            .filter(|(_, stamp)| **stamp != NO_STAMP)
+            .map(|(event, stamp)| {
+                let usual = || kept(stamp.saturating_add(clock.usual));
+                let begin = clock.begins.get(stamp).copied().unwrap_or_else(usual);
+                (*event, begin)
+            });
         begun.collect()
     }
 
@@ -315,7 +332,7 @@ impl Analysis {
     }
 }
 
-/// The events of all topics.
+/// Returns the events of all topics.
 fn all_series(bag: &Bag, clocks: &Clocks, pauses: &[Pause]) -> Vec<TopicEvents> {
     let series = bag.topics.iter().enumerate().map(|(place, topic)| {
         let mut events = clocks.events(place, &topic.messages);

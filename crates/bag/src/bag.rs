@@ -87,7 +87,7 @@ pub struct BagTopic {
 }
 
 impl BagTopic {
-    /// What there is of publish times.
+    /// Returns what there is of publish times.
     pub fn publish_time(&self) -> PublishTime {
         let count = self.messages.len();
         if self.no_publish * 100 > count {
@@ -99,7 +99,7 @@ impl BagTopic {
         }
     }
 
-    /// The mean length of its messages (bytes).
+    /// Returns the mean length of its messages (bytes).
     pub fn mean_length(&self) -> f64 {
         self.bytes as f64 / self.messages.len().max(1) as f64
     }
@@ -134,7 +134,7 @@ pub struct Bag {
 }
 
 impl Bag {
-    /// The number of all messages.
+    /// Returns the number of all messages.
     pub fn messages(&self) -> usize {
         self.topics.iter().map(|topic| topic.messages.len()).sum()
     }
@@ -157,7 +157,8 @@ pub struct Gathering {
 }
 
 impl Gathering {
-    /// The place of the topic called `name`; `None` if there are too many, or it is too long.
+    /// Returns the place of the topic called `name`; `None` if there are too many, or it is too
+    /// long.
     pub fn topic(&mut self, name: &str) -> Option<usize> {
         if let Some(place) = self.places.get(name) {
             return Some(*place);
@@ -174,7 +175,7 @@ impl Gathering {
         Some(place)
     }
 
-    /// The topic at `place`.
+    /// Returns the topic at `place`.
     pub fn topic_mut(&mut self, place: usize) -> &mut BagTopic {
         &mut self.topics[place]
     }
@@ -213,7 +214,7 @@ impl Gathering {
         true
     }
 
-    /// Whether no more messages are kept.
+    /// Returns whether no more messages are kept.
     pub fn is_full(&self) -> bool {
         self.messages >= MAX_MESSAGES
     }
@@ -229,7 +230,7 @@ impl Gathering {
         }
     }
 
-    /// The bag, with times from its first one.
+    /// Returns the bag, with times from its first one.
     pub fn finish(self) -> Bag {
         let (mut bag, mut topics) = (self.bag, self.topics);
         topics.retain(|topic| !topic.messages.is_empty());

@@ -149,7 +149,7 @@ impl Clocks {
         }
     }
 
-    /// The time of each message of a topic on the recorder's clock (ns).
+    /// Returns the time of each message of a topic on the recorder's clock (ns).
     pub fn events(&self, topic: usize, messages: &[BagMessage]) -> Vec<i64> {
         let mapping = self.mapping(topic);
         let has_source = self.of_topics[topic] != TopicClock::Log;
@@ -167,7 +167,7 @@ impl Clocks {
     }
 }
 
-/// How the times of a topic with enough messages lie to each other.
+/// Returns how the times of a topic with enough messages lie to each other.
 fn line(topic: usize, of: &BagTopic) -> Option<ClockLine> {
     if of.messages.len() < MIN_COUNT {
         return None;
@@ -190,8 +190,8 @@ fn line(topic: usize, of: &BagTopic) -> Option<ClockLine> {
     })
 }
 
-/// The slope of the least values per window, of points with a time and a value each; 0 below a
-/// millisecond over the whole.
+/// Returns the slope of the least values per window, of points with a time and a value each; 0
+/// below a millisecond over the whole.
 pub fn slope(points: &[(i64, i64)]) -> f64 {
     const WINDOWS: i64 = 12;
     const MIN_WINDOWS: usize = 6;

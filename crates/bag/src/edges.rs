@@ -18,7 +18,7 @@ pub struct NamedEdge {
 }
 
 impl NamedEdge {
-    /// The edge in `text`, such as `/plan > /cmd`, of topics of `bag`.
+    /// Returns the edge in `text`, such as `/plan > /cmd`, of topics of `bag`.
     ///
     /// # Errors
     /// [`BagError`] if there are no such topics.
@@ -56,9 +56,14 @@ pub fn apply(series: &mut [TopicEvents], edges: &[NamedEdge], transport: i64) {
                 newest.map_or(NO_STAMP, |place| parent.stamps[place])
             })
             .collect();
-        let pairs = child.stamps.iter().copied().zip(stamps.iter().copied());
-        let known = pairs.filter(|(old, _)| *old != NO_STAMP);
-        let renewed: HashMap<i64, i64> = known.rev().collect();
+        let renewed: HashMap<i64, i64> = child
+            .stamps
+            .iter()
+            .copied()
+            .zip(stamps.iter().copied())
+            .filter(|(old, _)| *old != NO_STAMP)
+            .rev()
+            .collect();
         series[edge.to].stamps = stamps;
         series[edge.to].is_stamped = series[edge.from].is_stamped;
         series[edge.to].sort();
@@ -80,7 +85,7 @@ pub fn apply(series: &mut [TopicEvents], edges: &[NamedEdge], transport: i64) {
     }
 }
 
-/// The edges, each after the edges into its parent.
+/// Returns the edges, each after the edges into its parent.
 fn in_order(edges: &[NamedEdge]) -> Vec<NamedEdge> {
     let (mut ordered, mut rest) = (Vec::new(), edges.to_vec());
     while !rest.is_empty() {

@@ -22,7 +22,7 @@ pub struct TimeQuantiles {
 }
 
 impl TimeQuantiles {
-    /// The distribution of `values`; `None` of none.
+    /// Creates the distribution of `values`; `None` of none.
     pub fn new(mut values: Vec<i64>) -> Option<Self> {
         Some(Self {
             p50: quantile(&mut values, 500),
@@ -77,14 +77,17 @@ pub struct TopicFigures {
 }
 
 impl TopicFigures {
-    /// The figures of `topic`.
+    /// Creates the figures of `topic`.
     pub fn new(topic: &BagTopic) -> Self {
         let messages = &topic.messages;
         let logs: Vec<i64> = messages.iter().map(|message| message.log).collect();
         let mut intervals = steps(&logs);
         let length: i64 = intervals.iter().sum();
-        let stamped = messages.iter().filter(|message| message.stamp != NO_STAMP);
-        let ages = stamped.map(|message| message.log - message.stamp).collect();
+        let ages = messages
+            .iter()
+            .filter(|message| message.stamp != NO_STAMP)
+            .map(|message| message.log - message.stamp)
+            .collect();
         let repeats = messages
             .windows(2)
             .filter(|pair| pair[0].stamp == pair[1].stamp && pair[0].stamp != NO_STAMP);
@@ -105,7 +108,7 @@ impl TopicFigures {
     }
 }
 
-/// The gaps among `intervals`: more than three medians.
+/// Returns the gaps among `intervals`: more than three medians.
 fn gaps(topic: &BagTopic, intervals: &[i64]) -> Vec<Gap> {
     if topic.messages.len() < MIN_COUNT {
         return Vec::new();
@@ -131,7 +134,7 @@ fn gaps(topic: &BagTopic, intervals: &[i64]) -> Vec<Gap> {
     gaps.map(gap).collect()
 }
 
-/// The most messages within a time as long as `window`.
+/// Returns the most messages within a time as long as `window`.
 fn burst(logs: &[i64], window: i64) -> usize {
     let (mut first, mut most) = (0, 0);
     for (place, log) in logs.iter().enumerate() {

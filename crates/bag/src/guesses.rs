@@ -16,7 +16,7 @@ pub struct Guess {
     pub correlation: f64,
 }
 
-/// The best guess of what the topic `b` follows, among all others of `series`.
+/// Returns the best guess of what the topic `b` follows, among all others of `series`.
 pub fn guess(series: &[TopicEvents], b: usize) -> Option<Guess> {
     let others = (0..series.len()).filter(|a| *a != b);
     let followed = others.filter_map(|a| {
@@ -33,7 +33,7 @@ pub fn guess(series: &[TopicEvents], b: usize) -> Option<Guess> {
         .map(|(_, guess)| guess)
 }
 
-/// The spread of the delays and the correlation of the steps, where `b` follows `a`.
+/// Returns the spread of the delays and the correlation of the steps, where `b` follows `a`.
 fn followed(a: &TopicEvents, b: &TopicEvents) -> Option<(i64, f64)> {
     let (of_a, of_b) = (a.events.len(), b.events.len());
     if of_a < 40 || !(0.9..=1.05).contains(&(of_b as f64 / of_a as f64)) {
@@ -82,7 +82,7 @@ fn followed(a: &TopicEvents, b: &TopicEvents) -> Option<(i64, f64)> {
     agrees.then_some((width, correlation))
 }
 
-/// The correlation of pairs, and the slope of the second over the first.
+/// Returns the correlation of pairs, and the slope of the second over the first.
 fn agreement(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
     let count = pairs.len() as f64;
     let (x, y) = pairs

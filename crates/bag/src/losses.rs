@@ -41,8 +41,10 @@ fn find(series: &[TopicEvents], nodes: &[BagNode], node: &BagNode, missing: &mut
     let Some(input) = &node.input else { return };
     let b = &series[node.topic];
     let is_root = |topic: usize| {
-        let mut of_topic = nodes.iter().filter(|node| node.topic == topic);
-        of_topic.any(|node| node.kind == Kind::Sensor)
+        nodes
+            .iter()
+            .filter(|node| node.topic == topic)
+            .any(|node| node.kind == Kind::Sensor)
     };
     for topic in std::iter::once(input.parent).chain(input.other) {
         let a = &series[topic];
@@ -50,16 +52,18 @@ fn find(series: &[TopicEvents], nodes: &[BagNode], node: &BagNode, missing: &mut
             continue;
         };
         let usual = if is_root(topic) {
-            let pairs = a.events.iter().zip(&a.stamps);
-            let stamped = pairs.filter(|(_, stamp)| **stamp != NO_STAMP);
+            let stamped = a
+                .events
+                .iter()
+                .zip(&a.stamps)
+                .filter(|(_, stamp)| **stamp != NO_STAMP);
             median(
                 stamped
                     .map(|(event, stamp)| event.saturating_sub(*stamp))
                     .collect(),
             )
         } else {
-            let used = input.triggered.steps.iter();
-            let delays = used.filter_map(|step| {
+            let delays = input.triggered.steps.iter().filter_map(|step| {
                 let input = a.events.get(step.input?)?;
                 Some(b.events[step.output] - input)
             });

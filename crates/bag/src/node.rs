@@ -24,7 +24,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Its name.
+    /// Returns its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Sensor => "sensor",
@@ -67,12 +67,12 @@ pub struct BagNode {
 }
 
 impl BagNode {
-    /// The topic that it reads.
+    /// Returns the topic that it reads.
     pub fn parent(&self) -> Option<usize> {
         self.input.as_ref().map(|input| input.parent)
     }
 
-    /// The costs of its runs, in order (ns).
+    /// Returns the costs of its runs, in order (ns).
     pub fn costs(&self) -> Vec<i64> {
         let Some(input) = &self.input else {
             return Vec::new();
@@ -109,7 +109,7 @@ struct Candidate {
 }
 
 impl NodeSearch<'_> {
-    /// The node that publishes the topic `b`, whose events have this `period`.
+    /// Returns the node that publishes the topic `b`, whose events have this `period`.
     pub fn node(&self, b: usize, period: Option<EventPeriod>) -> BagNode {
         let series = &self.series[b];
         let mut node = BagNode {
@@ -157,7 +157,7 @@ impl NodeSearch<'_> {
         node
     }
 
-    /// The node of `b` as one that reads `a`, with what else keeps its thread busy.
+    /// Returns the node of `b` as one that reads `a`, with what else keeps its thread busy.
     fn candidate(
         &self,
         a: usize,
@@ -205,7 +205,7 @@ impl NodeSearch<'_> {
         }
     }
 
-    /// The outputs of a node that reads a topic, as outputs of a timer.
+    /// Returns the outputs of a node that reads a topic, as outputs of a timer.
     pub fn outputs(&self, node: &BagNode) -> Option<TimedOutputs> {
         let input = node.input.as_ref()?;
         let (a, b) = (&self.series[input.parent], &self.series[node.topic]);
@@ -219,7 +219,7 @@ impl NodeSearch<'_> {
         ))
     }
 
-    /// The start and the end of each run of a node, in order (ns).
+    /// Returns the start and the end of each run of a node, in order (ns).
     pub fn runs(&self, node: &BagNode) -> Vec<(i64, i64)> {
         let Some(input) = &node.input else {
             return Vec::new();
@@ -227,10 +227,11 @@ impl NodeSearch<'_> {
         let events = &self.series[node.topic].events;
         let steps = &input.triggered.steps;
         match (node.kind, input.timed, self.outputs(node)) {
-            (Kind::Pair, ..) => {
-                let runs = input.paired.iter();
-                runs.map(|(start, cost)| (*start, start + cost)).collect()
-            }
+            (Kind::Pair, ..) => input
+                .paired
+                .iter()
+                .map(|(start, cost)| (*start, start + cost))
+                .collect(),
             (Kind::Timer, Some(timed), Some(outputs)) => {
                 let first = events.first().copied().unwrap_or(0);
                 let starts = outputs
@@ -239,14 +240,15 @@ impl NodeSearch<'_> {
                 let ends = steps.iter().map(|step| events[step.output]);
                 starts.zip(ends).collect()
             }
-            _ => {
-                let used = steps.iter().filter(|step| step.input.is_some());
-                used.map(|step| (step.start, events[step.output])).collect()
-            }
+            _ => steps
+                .iter()
+                .filter(|step| step.input.is_some())
+                .map(|step| (step.start, events[step.output]))
+                .collect(),
         }
     }
 
-    /// The same node again, with its thread `busy` until a time for each output.
+    /// Returns the same node again, with its thread `busy` until a time for each output.
     pub fn again(&self, node: &BagNode, busy: &[i64]) -> BagNode {
         let Some(input) = node.input.as_ref().filter(|_| node.kind != Kind::Pair) else {
             return node.clone();
@@ -260,8 +262,8 @@ impl NodeSearch<'_> {
         }
     }
 
-    /// The pair of `candidates` that explains `b` much better than one that leaves a `single`
-    /// spread of costs.
+    /// Returns the pair of `candidates` that explains `b` much better than one that leaves a
+    /// `single` spread of costs.
     fn pair(&self, candidates: &[usize], b: usize, busy: &[i64], single: i64) -> Option<Paired> {
         const MOST: usize = 12;
         let candidates = &candidates[..candidates.len().min(MOST)];
@@ -285,7 +287,7 @@ impl NodeSearch<'_> {
         best
     }
 
-    /// The runs of `b` as triggered by messages of `a` and `c` with the same stamp.
+    /// Returns the runs of `b` as triggered by messages of `a` and `c` with the same stamp.
     fn paired(&self, a: usize, c: usize, b: usize, busy: &[i64]) -> Paired {
         let delay = |topic: usize| {
             self.relations
@@ -330,7 +332,7 @@ struct Paired {
     runs: Vec<(i64, i64)>,
 }
 
-/// The one of `candidates` that explains the node best.
+/// Returns the one of `candidates` that explains the node best.
 fn chosen(candidates: Vec<Candidate>) -> Option<Candidate> {
     let best = candidates.iter().map(|of| of.good).fold(0.0, f64::max);
     let near: Vec<Candidate> = candidates
@@ -352,7 +354,7 @@ struct Evidence<'a> {
 }
 
 impl Evidence<'_> {
-    /// The timer, if its grid is one.
+    /// Returns the timer, if its grid is one.
     fn grid(&self) -> Option<Timed> {
         let Triggered { repeats, idle, .. } = *self.triggered;
         self.timed.filter(|timed| {
@@ -362,7 +364,7 @@ impl Evidence<'_> {
         })
     }
 
-    /// The kind of the node, and how sure it is.
+    /// Returns the kind of the node, and how sure it is.
     fn kind(&self) -> (Kind, f64) {
         let Triggered {
             repeats,

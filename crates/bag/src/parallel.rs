@@ -6,7 +6,7 @@ use std::{
     thread,
 };
 
-/// What `work` makes of each of `things`, in their order.
+/// Returns what `work` makes of each of `things`, in their order.
 pub fn each<T: Sync, R: Send>(things: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let cores = thread::available_parallelism().map_or(1, NonZero::get);
     let next = AtomicUsize::new(0);

@@ -51,18 +51,19 @@ pub fn pauses(bag: &Bag) -> Vec<Pause> {
         .collect()
 }
 
-/// The median of log time less stamp of each stamped topic.
+/// Returns the median of log time less stamp of each stamped topic.
 fn usual_ages(bag: &Bag) -> Vec<Option<f64>> {
     let age = |topic: usize| {
         let messages = bag.topics[topic].messages.iter();
-        let stamped = messages.filter(|message| message.stamp != NO_STAMP);
-        let ages = stamped.map(|message| message.log - message.stamp);
+        let ages = messages
+            .filter(|message| message.stamp != NO_STAMP)
+            .map(|message| message.log - message.stamp);
         is_stamped(&bag.topics[topic].messages).then(|| median(ages.collect()))
     };
     (0..bag.topics.len()).map(age).collect()
 }
 
-/// The places of the messages of a topic up to `after` behind a pause.
+/// Returns the places of the messages of a topic up to `after` behind a pause.
 fn behind(bag: &Bag, topic: usize, pause: Pause, after: i64) -> std::ops::Range<usize> {
     let messages = &bag.topics[topic].messages;
     let end = pause.at + pause.length;
@@ -71,7 +72,8 @@ fn behind(bag: &Bag, topic: usize, pause: Pause, after: i64) -> std::ops::Range<
     first..last
 }
 
-/// Whether at least half of the stamped topics have a message behind the pause that is too old.
+/// Returns whether at least half of the stamped topics have a message behind the pause that is too
+/// old.
 fn is_of_recorder(bag: &Bag, ages: &[Option<f64>], pause: Pause) -> bool {
     let (mut with, mut old) = (0, 0);
     for (topic, age) in ages.iter().enumerate() {

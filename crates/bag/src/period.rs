@@ -21,7 +21,7 @@ pub struct EventPeriod {
     pub events: usize,
 }
 
-/// The period of `events` (ns) in order; `None` of too few.
+/// Returns the period of `events` (ns) in order; `None` of too few.
 pub fn period(events: &[i64]) -> Option<EventPeriod> {
     let mut distinct = events.to_vec();
     distinct.dedup();
@@ -97,7 +97,7 @@ impl Pointers {
     }
 }
 
-/// How sharp the `frequency` is in `times`.
+/// Returns how sharp the `frequency` is in `times`.
 fn sharpness(times: &[f64], frequency: f64) -> f64 {
     let (mut sine, mut cosine) = (0.0, 0.0);
     for time in times {
@@ -108,7 +108,7 @@ fn sharpness(times: &[f64], frequency: f64) -> f64 {
     f64::hypot(sine, cosine) / times.len() as f64
 }
 
-/// The lowest frequency nearly as sharp as any between 0.9 and 12 of the mean rate.
+/// Returns the lowest frequency nearly as sharp as any between 0.9 and 12 of the mean rate.
 fn first_look(times: &[f64]) -> Option<f64> {
     let steps = times.len() - 1;
     let step = 1.0 / (4.0 * times[steps]);
@@ -121,8 +121,9 @@ fn first_look(times: &[f64]) -> Option<f64> {
     };
     let begun: Vec<(f64, f64)> = turned(first as f64 * step).collect();
     let turns: Vec<(f64, f64)> = turned(step).collect();
-    let pairs = begun.chunks(LANES).zip(turns.chunks(LANES));
-    let mut pointers: Vec<Pointers> = pairs
+    let mut pointers: Vec<Pointers> = begun
+        .chunks(LANES)
+        .zip(turns.chunks(LANES))
         .map(|(begun, turns)| Pointers::new(begun, turns))
         .collect();
     let mut found = Vec::with_capacity(last + 1 - first);
@@ -142,7 +143,7 @@ fn first_look(times: &[f64]) -> Option<f64> {
     Some((first + peak) as f64 * step)
 }
 
-/// The sharpest frequency within `width`.
+/// Returns the sharpest frequency within `width`.
 fn refined(times: &[f64], frequency: f64, width: f64) -> f64 {
     let near = (-10..=10).map(|tenth| frequency + width * f64::from(tenth) / 10.0);
     let (mut best, mut greatest) = (frequency, f64::NEG_INFINITY);
@@ -155,7 +156,8 @@ fn refined(times: &[f64], frequency: f64, width: f64) -> f64 {
     best
 }
 
-/// The slope of the line of least squares through the numbered times, unless it leads elsewhere.
+/// Returns the slope of the line of least squares through the numbered times, unless it leads
+/// elsewhere.
 fn straightened(times: &[f64], length: f64) -> f64 {
     let mut straight = length;
     for _ in 0..2 {
@@ -189,7 +191,7 @@ fn straightened(times: &[f64], length: f64) -> f64 {
     straight
 }
 
-/// The nearest period of whole 0.1 ms, or rate of whole 0.5 Hz, within `tolerance` (ns).
+/// Returns the nearest period of whole 0.1 ms, or rate of whole 0.5 Hz, within `tolerance` (ns).
 pub fn snapped(length: f64, tolerance: f64) -> f64 {
     const TENTH: f64 = 1e5;
     const HALF_HZ: f64 = 2e9;

@@ -10,7 +10,7 @@ use crate::{
 /// The most topics whose relations are looked for: with each other one.
 pub const MAX_RELATED: usize = 700;
 
-/// Whether the messages of a topic have stamps to go by.
+/// Returns whether the messages of a topic have stamps to go by.
 pub fn is_stamped(messages: &[BagMessage]) -> bool {
     let mut stamps: Vec<i64> = messages
         .iter()
@@ -61,7 +61,7 @@ impl TopicEvents {
         self.quantum = found.unwrap_or(0);
     }
 
-    /// The first message of each stamp.
+    /// Returns the first message of each stamp.
     pub fn firsts(&self) -> impl Iterator<Item = (i64, usize)> {
         let mut last = NO_STAMP;
         self.by_stamp.iter().copied().filter(move |(stamp, _)| {
@@ -71,7 +71,7 @@ impl TopicEvents {
         })
     }
 
-    /// Where the messages with `stamp` are in `by_stamp`.
+    /// Returns where the messages with `stamp` are in `by_stamp`.
     pub fn with_stamp(&self, stamp: i64) -> Range<usize> {
         let first = self.by_stamp.partition_point(|(other, _)| *other < stamp);
         let rest = &self.by_stamp[first..];
@@ -79,12 +79,12 @@ impl TopicEvents {
         first..first + count
     }
 
-    /// The least and the greatest stamp.
+    /// Returns the least and the greatest stamp.
     pub fn range(&self) -> Option<(i64, i64)> {
         Some((self.by_stamp.first()?.0, self.by_stamp.last()?.0))
     }
 
-    /// Messages per second.
+    /// Returns messages per second.
     fn rate(&self) -> f64 {
         let length = self
             .events
@@ -109,7 +109,7 @@ pub struct Relation {
 }
 
 impl Relation {
-    /// The relation from `a` to `b`; `None` without one.
+    /// Creates the relation from `a` to `b`; `None` without one.
     pub fn new(a: &TopicEvents, b: &TopicEvents) -> Option<Self> {
         let (least, greatest) = a.range()?;
         let mut delays = Vec::new();
@@ -140,7 +140,7 @@ impl Relation {
         })
     }
 
-    /// Whether both messages of such a pair are published at once.
+    /// Returns whether both messages of such a pair are published at once.
     pub fn is_at_once(&self, have_source: bool) -> bool {
         let (delay, spread) = if have_source {
             (0.3 * MS as f64, 3 * MS / 10)
@@ -178,7 +178,7 @@ impl Relations {
         relations
     }
 
-    /// Whether one node published both.
+    /// Returns whether one node published both.
     pub fn are_together(&self, series: &[TopicEvents], a: usize, b: usize) -> bool {
         let have_source = series[a].has_source && series[b].has_source;
         let both = [self.all.get(&(a, b)), self.all.get(&(b, a))];
@@ -212,7 +212,7 @@ impl Relations {
         }
     }
 
-    /// The topics whose data `b` may pass on.
+    /// Returns the topics whose data `b` may pass on.
     pub fn candidates(&self, series: &[TopicEvents], b: usize) -> Vec<usize> {
         let is_leader = |topic: usize| self.leaders[topic] == topic;
         let candidates = (0..series.len()).filter(|a| {
@@ -226,7 +226,7 @@ impl Relations {
     }
 }
 
-/// The pairs of topics with eight stamps or more in common.
+/// Returns the pairs of topics with eight stamps or more in common.
 fn common(series: &[TopicEvents]) -> Vec<(usize, usize)> {
     let stamped = series
         .iter()

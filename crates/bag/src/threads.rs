@@ -17,24 +17,40 @@ const MAX_SEEN: f64 = 0.1;
 /// Runs this close to an end of another one tell nothing (ns).
 const MARGIN: i64 = MS / 10;
 
-/// Groups of nodes that share a thread, by the start and end of each of their runs (ns).
-pub fn shared(runs: &[Vec<(i64, i64)>]) -> Vec<Vec<usize>> {
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    let runs = &runs[..runs.len().min(MOST)];
-    for (one, of_one) in runs.iter().enumerate() {
-        for (other, of_other) in runs.iter().enumerate().skip(one + 1) {
-            if of_one.len() < MIN_COUNT || of_other.len() < MIN_COUNT {
-                continue;
-            }
-            let (expected, seen) = during(of_one, of_other);
-            let (others_expected, others_seen) = during(of_other, of_one);
-            let (expected, seen) = (expected + others_expected, seen + others_seen);
-            if expected >= MIN_EXPECTED && seen as f64 <= MAX_SEEN * expected {
-                join(&mut groups, one, other);
+/// Which nodes share a thread, by their places.
+#[derive(Debug, Default)]
+pub struct NodeThreads {
+    /// Groups of nodes that do.
+    pub shared: Vec<Vec<usize>>,
+    /// Nodes that may: too few runs met to tell.
+    pub undecided: Vec<(usize, usize)>,
+}
+
+impl NodeThreads {
+    /// Finds them by the start and end of each run of each node (ns).
+    pub fn new(runs: &[Vec<(i64, i64)>]) -> Self {
+        let mut threads = Self::default();
+        let runs = &runs[..runs.len().min(MOST)];
+        for (one, of_one) in runs.iter().enumerate() {
+            for (other, of_other) in runs.iter().enumerate().skip(one + 1) {
+                if of_one.len() < MIN_COUNT || of_other.len() < MIN_COUNT {
+                    continue;
+                }
+                let (expected, seen) = during(of_one, of_other);
+                let (others_expected, others_seen) = during(of_other, of_one);
+                let (expected, seen) = (expected + others_expected, seen + others_seen);
+                if seen as f64 > MAX_SEEN * expected {
+                    continue;
+                }
+                if expected >= MIN_EXPECTED {
+                    join(&mut threads.shared, one, other);
+                } else {
+                    threads.undecided.push((one, other));
+                }
             }
         }
+        threads
     }
-    groups
 }
 
 /// Puts both into one group.
@@ -52,8 +68,8 @@ fn join(groups: &mut Vec<Vec<usize>>, one: usize, other: usize) {
     groups.push(group);
 }
 
-/// The runs of `u` that are expected to end during a run of `v` in which they got ready, and those
-/// that did.
+/// Returns the runs of `u` that are expected to end during a run of `v` in which they got ready,
+/// and those that did.
 fn during(u: &[(i64, i64)], v: &[(i64, i64)]) -> (f64, usize) {
     let (mut others, mut within) = (Vec::new(), Vec::new());
     for (start, end) in u {

@@ -112,7 +112,7 @@ impl TimedOutputs {
         }
     }
 
-    /// The runs of such a timer, one for each output.
+    /// Returns the runs of such a timer, one for each output.
     pub fn runs(&self, timed: Timed) -> impl Iterator<Item = TimerRun> {
         self.all.iter().map(move |output| {
             let mut run = TimerRun {
@@ -133,7 +133,7 @@ impl TimedOutputs {
         })
     }
 
-    /// The mean time between two outputs (ns).
+    /// Returns the mean time between two outputs (ns).
     pub fn mean_interval(&self) -> f64 {
         self.mean_interval
     }
@@ -153,7 +153,7 @@ impl TimedOutputs {
         }
     }
 
-    /// The best timer with this `period`.
+    /// Returns the best timer with this `period`.
     fn fit(&self, period: f64) -> Timed {
         let mut costs = Vec::with_capacity(self.all.len());
         let step = period / f64::from(PHASES);
@@ -164,11 +164,11 @@ impl TimedOutputs {
             .map(|fitness| fitness.holds)
             .fold(0.0, f64::max);
         let is_good = |fitness: &Fitness| fitness.holds >= top - LOSS;
-        let good = phases
+        let best = phases
             .iter()
             .zip(0..)
-            .filter(|(fitness, _)| is_good(fitness));
-        let best = good.min_by_key(|(fitness, _)| fitness.spread);
+            .filter(|(fitness, _)| is_good(fitness))
+            .min_by_key(|(fitness, _)| fitness.spread);
         let (least, best) = best.map_or((0, 0), |(fitness, place)| (fitness.spread, place));
         let widest = 1.1 * least as f64 + 0.1 * MS as f64;
         let is_of_plateau = |fitness: Fitness| is_good(&fitness) && fitness.spread as f64 <= widest;
@@ -202,7 +202,7 @@ impl TimedOutputs {
         }
     }
 
-    /// The same with ticks that begin late, if these explain nearly all outputs.
+    /// Returns the same with ticks that begin late, if these explain nearly all outputs.
     fn late(&self, timed: Timed) -> Option<Timed> {
         let (period, count) = (timed.period, self.all.len());
         let mut best: Option<(f64, f64, f64)> = None;
@@ -234,7 +234,7 @@ impl TimedOutputs {
         })
     }
 
-    /// The timer that explains the outputs best.
+    /// Returns the timer that explains the outputs best.
     pub fn timed(&self, period: EventPeriod) -> Timed {
         let mut best = self.fit(period.length);
         for multiple in 2..=5 {
@@ -265,7 +265,7 @@ impl TimedOutputs {
 }
 
 impl TimedOutput {
-    /// The tick that this output is of, of a timer of this `phase`.
+    /// Returns the tick that this output is of, of a timer of this `phase`.
     fn tick(&self, phase: f64, period: f64) -> f64 {
         let tick = before(phase, period, self.end);
         if tick > self.last {
@@ -276,7 +276,7 @@ impl TimedOutput {
     }
 }
 
-/// The last `phase + n * period` before `time`.
+/// Returns the last `phase + n * period` before `time`.
 pub fn before(phase: f64, period: f64, time: f64) -> f64 {
     phase + (((time - phase) / period).ceil() - 1.0) * period
 }

@@ -43,8 +43,8 @@ pub struct Triggered {
 }
 
 impl Triggered {
-    /// The node that publishes `b` as triggered by `a`, whose messages arrive `transport` later. It
-    /// is not free before the time that `busy_until` has for each output.
+    /// Creates the node that publishes `b` as triggered by `a`, whose messages arrive `transport`
+    /// later. It is not free before the time that `busy_until` has for each output.
     pub fn new(a: &TopicEvents, b: &TopicEvents, transport: i64, busy_until: &[i64]) -> Self {
         let mut fit = Self::default();
         let (mut used, mut had_input) = (None, false);
@@ -102,10 +102,12 @@ impl Triggered {
         fit
     }
 
-    /// The costs of the outputs that used an input, in order (ns).
+    /// Returns the costs of the outputs that used an input, in order (ns).
     pub fn costs(&self) -> impl Iterator<Item = i64> {
-        let used = self.steps.iter().filter(|step| step.input.is_some());
-        used.map(|step| step.cost)
+        self.steps
+            .iter()
+            .filter(|step| step.input.is_some())
+            .map(|step| step.cost)
     }
 }
 

@@ -132,7 +132,7 @@ impl Commands {
         }
     }
 
-    /// A topic has a part in each process that reads it, and all of them stop.
+    /// Returns a topic has a part in each process that reads it, and all of them stop.
     fn everywhere(&self, order: &Order) -> Answer {
         let mut answer = Ok(());
         if self.part.own.is_hub {

@@ -51,7 +51,8 @@ impl PolicyMaker {
     }
 }
 
-/// An error in a file of a policy; of one that does not exist with the names of other policies.
+/// Returns an error in a file of a policy; of one that does not exist with the names of other
+/// policies.
 pub(crate) fn known(name: &str, error: ratelab_policy::PolicyError) -> PlantDefect {
     if error.why == PolicyFault::Missing.to_string() {
         return PlantDefect::policy(name);
@@ -85,7 +86,7 @@ struct NoControl {
 }
 
 impl RobotLaw {
-    /// Its name, as a message has it.
+    /// Returns its name, as a message has it.
     pub(crate) fn name(&self) -> String {
         match self {
             Self::Own(law) => law.name().to_owned(),
@@ -128,8 +129,10 @@ impl FileLaw {
             let answer = *answer;
             return Err(NoControl { policy, answer }.into());
         }
-        let pairs = answer.iter().zip(&robot.given.controls);
-        let scaled = pairs.map(|(output, given)| given + robot.spec.action * output);
+        let scaled = answer
+            .iter()
+            .zip(&robot.given.controls)
+            .map(|(output, given)| given + robot.spec.action * output);
         let controls = if self.file.is_program {
             answer.clone()
         } else {
@@ -141,7 +144,7 @@ impl FileLaw {
 }
 
 impl crate::robot::Robot {
-    /// What a policy in a file sees, and answers with.
+    /// Returns what a policy in a file sees, and answers with.
     pub(crate) fn shape(&self, context: PolicyContext) -> RowShape {
         let [positions, coordinates, activations, controls] = self.model.sizes();
         let sees = match self.terms.size() {
@@ -155,8 +158,8 @@ impl crate::robot::Robot {
         }
     }
 
-    /// What a policy sees that answered `last`, in a reading of the sensor; `None` for another amount of
-    /// numbers.
+    /// Returns what a policy sees that answered `last`, in a reading of the sensor; `None` for
+    /// another amount of numbers.
     fn observed(&self, reading: &[f64], last: &[f64]) -> Option<Vec<f64>> {
         if self.terms.is_empty() {
             return Some(reading.to_vec());

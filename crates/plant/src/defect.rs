@@ -27,7 +27,7 @@ impl PlantDefect {
         }
     }
 
-    /// The same in item number `index` of a list.
+    /// Returns the same in item number `index` of a list.
     pub(crate) fn in_item(self, index: usize) -> Self {
         Self {
             item: Some(index),
@@ -35,7 +35,7 @@ impl PlantDefect {
         }
     }
 
-    /// A name of a `kind` of things, which is none of the known ones.
+    /// Returns a name of a `kind` of things, which is none of the known ones.
     pub(crate) fn unknown(key: &'static str, kind: &str, name: &str, known: &[&str]) -> Self {
         let there = match known {
             [] => "there are none".to_owned(),
@@ -44,7 +44,7 @@ impl PlantDefect {
         Self::new(key, format!("no {kind} {name:?}: {there}"))
     }
 
-    /// A policy that does not exist.
+    /// Returns a policy that does not exist.
     pub(crate) fn policy(name: &str) -> Self {
         let known = alternatives(&PLANT_POLICIES);
         Self::new(

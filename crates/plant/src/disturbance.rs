@@ -73,7 +73,7 @@ impl JointPushes {
         })
     }
 
-    /// The text that gives the same pushes.
+    /// Returns the text that gives the same pushes.
     pub(crate) fn text(&self) -> &str {
         &self.text
     }

@@ -109,7 +109,7 @@ impl Files {
     }
 }
 
-/// Whether a file is XML: its first character that is no blank opens a tag.
+/// Returns whether a file is XML: its first character that is no blank opens a tag.
 fn is_xml(content: &[u8]) -> bool {
     content
         .strip_prefix(b"\xef\xbb\xbf")
@@ -126,7 +126,7 @@ fn without_comments(text: &str) -> String {
     })
 }
 
-/// All attributes in a text, whatever their elements are.
+/// Returns all attributes in a text, whatever their elements are.
 fn attributes(text: &str) -> Vec<(&str, String)> {
     let mut found = Vec::new();
     let mut rest = text;
@@ -149,7 +149,7 @@ fn attributes(text: &str) -> Vec<(&str, String)> {
     found
 }
 
-/// The characters of an attribute, with its entities resolved.
+/// Returns the characters of an attribute, with its entities resolved.
 fn decoded(value: &str) -> String {
     let mut parts = value.split('&');
     let mut text = parts.next().unwrap_or_default().to_owned();

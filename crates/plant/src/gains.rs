@@ -10,7 +10,8 @@ use crate::{
 /// The time that the best decisions cover at least (s).
 const HORIZON_S: f64 = 5.0;
 
-/// The first gain of the best decisions, every `period_s`, where deviations cost `q` and controls
+/// Returns the first gain of the best decisions, every `period_s`, where deviations cost `q` and
+/// controls
 /// `r`; `None` where it cannot be computed.
 ///
 /// A round doubles the number of decisions: the structure-preserving doubling algorithm.

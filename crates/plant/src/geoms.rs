@@ -33,16 +33,14 @@ pub(crate) fn drawn(model: &MjModel) -> Vec<GeomRecord> {
         all.clone()
             .any(|geom| bodies[geom] == body && is_shown(model, geom))
     };
-    let geoms = all
-        .clone()
-        .filter(|geom| is_shown(model, *geom) || !has_shown(bodies[*geom]));
-    geoms
+    all.clone()
+        .filter(|geom| is_shown(model, *geom) || !has_shown(bodies[*geom]))
         .filter_map(|geom| hull(model, geom))
         .take(MOST_GEOMS)
         .collect()
 }
 
-/// Whether geoms of a recording can be drawn on a model with so many bodies.
+/// Returns whether geoms of a recording can be drawn on a model with so many bodies.
 pub(crate) fn are_sound(geoms: &[GeomRecord], bodies: usize) -> bool {
     let is_sound = |geom: &GeomRecord| {
         let numbers = geom.points.as_flattened().iter();
@@ -64,7 +62,7 @@ fn is_shown(model: &MjModel, geom: usize) -> bool {
     model.geom_group()[geom] <= LAST_GROUP && alpha > 0.0
 }
 
-/// The hull of a geom; `None` for one without its points.
+/// Returns the hull of a geom; `None` for one without its points.
 fn hull(model: &MjModel, geom: usize) -> Option<GeomRecord> {
     let [x, y, z] = model.geom_size()[geom];
     let mut normal = None;
@@ -76,8 +74,9 @@ fn hull(model: &MjModel, geom: usize) -> Option<GeomRecord> {
         MjtGeomBase::mjGEOM_SPHERE => (vec![[0.0; 3]], x),
         MjtGeomBase::mjGEOM_CAPSULE => (vec![[0.0, 0.0, -y], [0.0, 0.0, y]], x),
         MjtGeomBase::mjGEOM_CYLINDER => {
-            let ends = [-y, y].into_iter();
-            let rings = ends.flat_map(|end| circle(x).map(move |[right, up]| [right, up, end]));
+            let rings = [-y, y]
+                .into_iter()
+                .flat_map(|end| circle(x).map(move |[right, up]| [right, up, end]));
             (rings.collect(), 0.0)
         }
         MjtGeomBase::mjGEOM_BOX => {
@@ -107,12 +106,12 @@ fn hull(model: &MjModel, geom: usize) -> Option<GeomRecord> {
     })
 }
 
-/// A length that is exact to a thousandth of a millimetre.
+/// Returns a length that is exact to a thousandth of a millimetre.
 fn short(length: f64) -> f64 {
     rounded(length, -6)
 }
 
-/// The corners of a mesh.
+/// Returns the corners of a mesh.
 fn mesh_corners(model: &MjModel, geom: usize) -> Option<Vec<[f64; 3]>> {
     let mesh = usize::try_from(model.geom_dataid()[geom]).ok()?;
     let first = usize::try_from(*model.mesh_vertadr().get(mesh)?).ok()?;
@@ -126,7 +125,7 @@ fn mesh_corners(model: &MjModel, geom: usize) -> Option<Vec<[f64; 3]>> {
     ))
 }
 
-/// The corners of a height field.
+/// Returns the corners of a height field.
 fn field_corners(model: &MjModel, geom: usize) -> Option<Vec<[f64; 3]>> {
     let field = usize::try_from(model.geom_dataid()[geom]).ok()?;
     let [half_x, half_y, top, bottom] = *model.hfield_size().get(field)?;
@@ -143,7 +142,7 @@ fn field_corners(model: &MjModel, geom: usize) -> Option<Vec<[f64; 3]>> {
     Some(corners(points.collect()))
 }
 
-/// The points that are farthest along each direction, each once.
+/// Returns the points that are farthest along each direction, each once.
 fn corners(points: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
     let farthest = |direction: [f64; 3]| {
         let along = |point: &[f64; 3]| point.iter().zip(direction).map(|(x, d)| x * d).sum::<f64>();
@@ -172,7 +171,7 @@ fn directions() -> impl Iterator<Item = [f64; 3]> {
     })
 }
 
-/// The corners of a polygon around a circle at the origin.
+/// Returns the corners of a polygon around a circle at the origin.
 pub(crate) fn circle(radius: f64) -> impl Iterator<Item = [f64; 2]> {
     (0..CIRCLE).map(move |corner| {
         let (sin, cos) = (2.0 * PI * corner as f64 / CIRCLE as f64).sin_cos();
@@ -180,7 +179,7 @@ pub(crate) fn circle(radius: f64) -> impl Iterator<Item = [f64; 2]> {
     })
 }
 
-/// A vector turned by a quaternion.
+/// Returns a vector turned by a quaternion.
 fn rotated(quaternion: [f64; 4], vector: [f64; 3]) -> [f64; 3] {
     let mut turned = [0.0; 3];
     mju_rot_vec_quat(&mut turned, &vector, &quaternion);

@@ -15,7 +15,7 @@ pub(crate) fn hull(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     corners
 }
 
-/// The corners on one side, from the first point to the last.
+/// Returns the corners on one side, from the first point to the last.
 fn chain<'p>(points: impl Iterator<Item = &'p [f64; 2]>) -> Vec<[f64; 2]> {
     let mut corners: Vec<[f64; 2]> = Vec::new();
     for point in points {

@@ -17,7 +17,7 @@ pub(crate) enum Law {
 }
 
 impl Law {
-    /// Its name.
+    /// Returns its name.
     pub(crate) fn name(&self) -> &'static str {
         match self {
             Self::Lqr(_) => PLANT_POLICIES[0],

@@ -25,7 +25,7 @@ pub struct LinearRobot {
 }
 
 impl LinearRobot {
-    /// One step of physics at `reference`.
+    /// Returns one step of physics at `reference`.
     pub(crate) fn step(model: &RobotModel, reference: &Reference) -> Result<Self, RobotModelError> {
         let mut data = model.body()?;
         reference.put_into(&mut data);
@@ -79,7 +79,7 @@ struct Steps<'m> {
 type After = [Vec<f64>; 3];
 
 impl Steps<'_> {
-    /// The state after a step from the kept one, changed by `change`.
+    /// Returns the state after a step from the kept one, changed by `change`.
     fn after(&mut self, change: impl FnOnce(&RobotModel, &mut BodyData)) -> After {
         // Its length is that of the same model.
         let _ = self.data.set_state(&self.kept, KEPT);
@@ -89,7 +89,7 @@ impl Steps<'_> {
         [data.qpos(), data.qvel(), data.act()].map(<[f64]>::to_vec)
     }
 
-    /// The difference of two states, over `width`.
+    /// Returns the difference of two states, over `width`.
     fn difference(&self, minus: &After, plus: &After, width: f64) -> Vec<f64> {
         let mujoco = &self.model.mujoco;
         let mut column = mujoco
@@ -102,7 +102,7 @@ impl Steps<'_> {
         column
     }
 
-    /// The effect of number `index` of the state.
+    /// Returns the effect of number `index` of the state.
     fn by_state(&mut self, index: usize) -> Vec<f64> {
         let [_, coordinates, ..] = self.model.sizes();
         let [minus, plus] = [-SMALL, SMALL].map(|by| {
@@ -119,7 +119,7 @@ impl Steps<'_> {
         self.difference(&minus, &plus, 2.0 * SMALL)
     }
 
-    /// The effect of control number `index`: on one side only at an end of its range.
+    /// Returns the effect of control number `index`: on one side only at an end of its range.
     fn by_control(&mut self, index: usize) -> Vec<f64> {
         let range = self.model.range(index);
         let here = self.data.ctrl()[index];

@@ -72,7 +72,8 @@ impl LossRule {
         })
     }
 
-    /// Whether it loses the run in `data`, where all that follows from the positions was computed.
+    /// Returns whether it loses the run in `data`, where all that follows from the positions was
+    /// computed.
     pub(crate) fn holds(&self, data: &BodyData) -> bool {
         match self.kind {
             LossKind::Height => data.xpos()[self.body][2] < self.bound,
@@ -87,8 +88,7 @@ impl LossRule {
                     let body = geom.and_then(|geom| bodies.get(geom));
                     body.is_some_and(|body| *body as usize == self.body)
                 };
-                let mut contacts = data.contact().iter();
-                contacts.any(|contact| {
+                data.contact().iter().any(|contact| {
                     contact.dist <= 0.0 && contact.geom.iter().any(|geom| is_of_it(*geom))
                 })
             }

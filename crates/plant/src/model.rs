@@ -54,7 +54,7 @@ pub(crate) struct RobotJoint {
 }
 
 impl RobotJoint {
-    /// The numbers that it has in `qpos`, and in `qvel`.
+    /// Returns the numbers that it has in `qpos`, and in `qvel`.
     pub(crate) fn numbers(&self) -> [usize; 2] {
         match self.kind {
             JointKind::Free => [7, 6],
@@ -63,7 +63,7 @@ impl RobotJoint {
         }
     }
 
-    /// The names of its groups of coordinates, each as a limit has it.
+    /// Returns the names of its groups of coordinates, each as a limit has it.
     fn groups(&self) -> Vec<(String, usize)> {
         let name = &self.name;
         match self.kind {
@@ -166,7 +166,7 @@ impl RobotModel {
         Self::bounded(model)
     }
 
-    /// The compiled physics, as text for recordings.
+    /// Returns the compiled physics, as text for recordings.
     pub fn text(&self) -> &str {
         &self.text
     }
@@ -192,14 +192,15 @@ impl RobotModel {
         }
         let step_ns = step_of(&model)?;
         let joints = joints_of(&model);
-        let groups = joints.iter().flat_map(RobotJoint::groups);
-        let coordinates: Arc<[String]> = groups
+        let coordinates: Arc<[String]> = joints
+            .iter()
+            .flat_map(RobotJoint::groups)
             .flat_map(|(name, count)| std::iter::repeat_n(name, count))
             .collect();
-        let mut ends = joints
+        let fits = joints
             .iter()
-            .map(|joint| joint.position + joint.numbers()[0]);
-        let fits = ends.all(|end| end <= model.ffi().nq as usize);
+            .map(|joint| joint.position + joint.numbers()[0])
+            .all(|end| end <= model.ffi().nq as usize);
         if !fits || coordinates.len() != model.ffi().nv as usize {
             return Err(RobotModelError::Damaged);
         }
@@ -220,13 +221,13 @@ impl RobotModel {
         MjData::try_new(self.mujoco.clone()).map_err(mujoco)
     }
 
-    /// The numbers of positions, coordinates, activations and controls.
+    /// Returns the numbers of positions, coordinates, activations and controls.
     pub(crate) fn sizes(&self) -> [usize; 4] {
         let model = self.mujoco.ffi();
         [model.nq, model.nv, model.na, model.nu].map(|size| size as usize)
     }
 
-    /// The range of control number `index`, if it has one.
+    /// Returns the range of control number `index`, if it has one.
     pub(crate) fn range(&self, index: usize) -> Option<[f64; 2]> {
         let limited = self.mujoco.actuator_ctrllimited()[index];
         limited.then(|| self.mujoco.actuator_ctrlrange()[index])
@@ -251,7 +252,7 @@ impl RobotModel {
         }
     }
 
-    /// The index of the object of this kind called `name`; all names if it does not exist.
+    /// Returns the index of the object of this kind called `name`; all names if it does not exist.
     pub(crate) fn named(&self, kind: MjtObjBase, name: &str) -> Result<usize, Vec<&str>> {
         let model = self.mujoco.ffi();
         let count = match kind {
@@ -267,20 +268,23 @@ impl RobotModel {
         found.ok_or(names)
     }
 
-    /// The names of the controls.
+    /// Returns the names of the controls.
     pub(crate) fn control_names(&self) -> Vec<String> {
         let model = &self.mujoco;
         let (first, count) = (model.actuator_ctrladr(), model.actuator_ctrlnum());
-        let actuators = first.iter().zip(count).enumerate();
-        let names = actuators.flat_map(|(index, (first, count))| {
-            let own = model
-                .id_to_name(MjtObjBase::mjOBJ_ACTUATOR, index)
-                .map_or_else(|| format!("control {}", first + 1), str::to_owned);
-            (0..*count).map(move |number| match count {
-                1 => (*first, own.clone()),
-                _ => (first + number, format!("{own} {}", number + 1)),
-            })
-        });
+        let names = first
+            .iter()
+            .zip(count)
+            .enumerate()
+            .flat_map(|(index, (first, count))| {
+                let own = model
+                    .id_to_name(MjtObjBase::mjOBJ_ACTUATOR, index)
+                    .map_or_else(|| format!("control {}", first + 1), str::to_owned);
+                (0..*count).map(move |number| match count {
+                    1 => (*first, own.clone()),
+                    _ => (first + number, format!("{own} {}", number + 1)),
+                })
+            });
         let mut all: Vec<String> = vec![String::new(); self.sizes()[3]];
         for (place, name) in names {
             if let Some(own) = usize::try_from(place)
@@ -293,7 +297,7 @@ impl RobotModel {
         all
     }
 
-    /// The names of coordinate groups, each once.
+    /// Returns the names of coordinate groups, each once.
     pub(crate) fn groups(&self) -> Vec<&str> {
         let mut names: Vec<&str> = self.coordinates.iter().map(String::as_str).collect();
         names.dedup();
@@ -316,14 +320,14 @@ fn keep_quiet() {
     });
 }
 
-/// The error of MuJoCo in one line.
+/// Returns the error of MuJoCo in one line.
 fn mujoco(error: impl std::fmt::Display) -> RobotModelError {
     let text = error.to_string();
     let words: Vec<&str> = text.split_whitespace().collect();
     RobotModelError::Mujoco(words.join(" "))
 }
 
-/// The step of `model` (ns).
+/// Returns the step of `model` (ns).
 fn step_of(model: &MjModel) -> Result<u64, RobotModelError> {
     let seconds = model.opt().timestep;
     let step_ns = (seconds * 1e9).round_ties_even();

@@ -122,7 +122,7 @@ impl MotionPath {
 }
 
 impl JointMotion {
-    /// How far the coordinate is to be from the pose at run time `now`, and its speed.
+    /// Returns how far the coordinate is to be from the pose at run time `now`, and its speed.
     pub(crate) fn at(&self, now: Time) -> [f64; 2] {
         self.path.at(now)
     }
@@ -166,14 +166,16 @@ pub(crate) fn motions(model: &RobotModel, texts: &[String]) -> Result<Motions, P
     Ok(motions)
 }
 
-/// The coordinate of a hinge or a slide.
+/// Returns the coordinate of a hinge or a slide.
 fn coordinate(model: &RobotModel, name: &str) -> Option<usize> {
-    let mut joints = model.joints.iter();
-    joints.find(|joint| joint.name == name && joint.numbers() == [1, 1])?;
+    model
+        .joints
+        .iter()
+        .find(|joint| joint.name == name && joint.numbers() == [1, 1])?;
     model.coordinates.iter().position(|group| group == name)
 }
 
-/// The site and the axis in a name such as `tip.x`.
+/// Returns the site and the axis in a name such as `tip.x`.
 fn site(model: &RobotModel, name: &str) -> Option<[usize; 2]> {
     let (site, axis) = name.rsplit_once('.')?;
     let axis = AXES.iter().position(|known| *known == axis)?;
@@ -186,7 +188,7 @@ fn site_name(model: &RobotModel, site: usize) -> Option<&str> {
     model.mujoco.id_to_name(MjtObjBase::mjOBJ_SITE, site)
 }
 
-/// The names of what may move.
+/// Returns the names of what may move.
 fn known(model: &RobotModel) -> Vec<String> {
     let joints = model.joints.iter();
     let joints = joints.filter(|joint| joint.numbers() == [1, 1]);

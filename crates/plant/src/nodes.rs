@@ -51,13 +51,15 @@ impl FromStr for SensorNoise {
 
     fn from_str(text: &str) -> Result<Self, PlantDefect> {
         let sigma: Option<f64> = text.trim().parse().ok();
-        let valid = sigma.filter(|sigma| (0.0..=1e3).contains(sigma));
-        valid.map(Self).ok_or_else(|| {
-            PlantDefect::new(
-                NOISE,
-                format!("{text:?} is not a standard deviation: expected 0 to 1000"),
-            )
-        })
+        sigma
+            .filter(|sigma| (0.0..=1e3).contains(sigma))
+            .map(Self)
+            .ok_or_else(|| {
+                PlantDefect::new(
+                    NOISE,
+                    format!("{text:?} is not a standard deviation: expected 0 to 1000"),
+                )
+            })
     }
 }
 

@@ -63,7 +63,7 @@ const SIGHTS: [Sight; 3] = [
 ];
 
 impl Sight {
-    /// The point of the picture for a point of the world.
+    /// Returns the point of the picture for a point of the world.
     fn seen(self, point: [f64; 3]) -> [f64; 2] {
         [point[self.right], point[self.up]]
     }
@@ -155,8 +155,9 @@ impl RobotPainter {
                 best
             }
         });
-        let in_turn = (0..SIGHTS.len()).map(|turn| SIGHTS[(best + turn) % SIGHTS.len()]);
-        let framed = in_turn.map(|sight| (sight, painter.frame(&data, sight)));
+        let framed = (0..SIGHTS.len())
+            .map(|turn| SIGHTS[(best + turn) % SIGHTS.len()])
+            .map(|sight| (sight, painter.frame(&data, sight)));
         let sights = framed.collect();
         drop(data);
         painter.sights = sights;
@@ -196,7 +197,8 @@ impl RobotPainter {
         })
     }
 
-    /// Lines to the bodies that are held from outside of their geoms, such as the mass of a pendulum.
+    /// Returns lines to the bodies that are held from outside of their geoms, such as the mass of a
+    /// pendulum.
     fn arms(&self, data: &BodyData, sight: Sight) -> Vec<(Style, Shape)> {
         let model = &self.robot.model;
         let hinges = model.joints.iter().zip(model.mujoco.jnt_bodyid());
@@ -218,14 +220,17 @@ impl RobotPainter {
         arms.collect()
     }
 
-    /// What moves, as it is now.
+    /// Returns what moves, as it is now.
     fn moving(&self, data: &BodyData, sight: Sight) -> Frame {
-        let geoms = self.robot.model.geoms.iter();
-        let moving = geoms.filter(|geom| self.styles.get(geom.body) != Some(&Style::Scenery));
-        moving.fold(Frame::EMPTY, |frame, geom| frame.around(data, sight, geom))
+        self.robot
+            .model
+            .geoms
+            .iter()
+            .filter(|geom| self.styles.get(geom.body) != Some(&Style::Scenery))
+            .fold(Frame::EMPTY, |frame, geom| frame.around(data, sight, geom))
     }
 
-    /// What moves, with room around it, and the floor if that is near.
+    /// Returns what moves, with room around it, and the floor if that is near.
     fn frame(&self, data: &BodyData, sight: Sight) -> Frame {
         let moving = self.moving(data, sight);
         if !moving.size().iter().all(|length| length.is_finite()) {
@@ -242,7 +247,7 @@ impl RobotPainter {
         Frame([left, near.fold(bottom, f64::min), right, top])
     }
 
-    /// What is seen, and how far joints are from the reference.
+    /// Returns what is seen, and how far joints are from the reference.
     fn captions(&self, sight: Sight, frame: Frame, deviation: &[f64]) -> Vec<String> {
         let (right, up) = (NAMES[sight.right], NAMES[sight.up]);
         let mut captions = vec![format!("{right} →, {up} ↑, {:.2} m wide", frame.size()[0])];
@@ -269,29 +274,31 @@ impl RobotPainter {
     }
 }
 
-/// How much of the motion of all joints is seen.
+/// Returns how much of the motion of all joints is seen.
 fn motion(model: &RobotModel, data: &BodyData, sight: Sight) -> f64 {
-    let axes = data.xaxis().iter().zip(&*model.joints);
-    let seen = axes.map(|(axis, joint)| {
-        let along = axis[sight.along].abs();
-        match joint.kind {
-            JointKind::Hinge => along,
-            JointKind::Slide => (1.0 - along) / 2.0,
-            JointKind::Free | JointKind::Ball if sight.along == 1 => 0.5,
-            JointKind::Free | JointKind::Ball => 0.0,
-        }
-    });
+    let seen = data
+        .xaxis()
+        .iter()
+        .zip(&*model.joints)
+        .map(|(axis, joint)| {
+            let along = axis[sight.along].abs();
+            match joint.kind {
+                JointKind::Hinge => along,
+                JointKind::Slide => (1.0 - along) / 2.0,
+                JointKind::Free | JointKind::Ball if sight.along == 1 => 0.5,
+                JointKind::Free | JointKind::Ball => 0.0,
+            }
+        });
     seen.sum()
 }
 
-/// The style of each body: what stands still, what loses the run, and what moves all else.
+/// Returns the style of each body: what stands still, what loses the run, and what moves all else.
 fn styles(robot: &Robot) -> Vec<Style> {
     let mujoco = &robot.model.mujoco;
-    let transmissions = mujoco
+    let driven: Vec<i32> = mujoco
         .actuator_trntype()
         .iter()
-        .zip(mujoco.actuator_trnid());
-    let driven: Vec<i32> = transmissions
+        .zip(mujoco.actuator_trnid())
         .filter(|(kind, _)| **kind == MjtTrn::mjTRN_JOINT)
         .map(|(_, [joint, _])| *joint)
         .collect();
@@ -322,7 +329,7 @@ fn styles(robot: &Robot) -> Vec<Style> {
     (0..).zip(roots).map(of_body).collect()
 }
 
-/// A vector in the frame of the body of `geom`, in the world.
+/// Returns a vector in the frame of the body of `geom`, in the world.
 fn turned(data: &BodyData, geom: &GeomRecord, vector: [f64; 3]) -> [f64; 3] {
     let rows = data.xmat()[geom.body];
     [0, 3, 6].map(|row| {
@@ -332,7 +339,7 @@ fn turned(data: &BodyData, geom: &GeomRecord, vector: [f64; 3]) -> [f64; 3] {
     })
 }
 
-/// The points of `geom` in the picture.
+/// Returns the points of `geom` in the picture.
 fn points<'d>(
     data: &'d BodyData,
     sight: Sight,
@@ -345,7 +352,7 @@ fn points<'d>(
     })
 }
 
-/// The outline of `geom`.
+/// Returns the outline of `geom`.
 fn outline(data: &BodyData, sight: Sight, geom: &GeomRecord) -> Option<Shape> {
     let radius = geom.radius;
     let points: Vec<[f64; 2]> = points(data, sight, geom).collect();
@@ -366,7 +373,7 @@ fn outline(data: &BodyData, sight: Sight, geom: &GeomRecord) -> Option<Shape> {
     }
 }
 
-/// The line of a plane that is seen from its edge.
+/// Returns the line of a plane that is seen from its edge.
 fn floor(
     data: &BodyData,
     sight: Sight,

@@ -67,12 +67,12 @@ impl SiteReach {
         })
     }
 
-    /// The coordinates that may move.
+    /// Returns the coordinates that may move.
     pub(crate) fn coordinates(&self) -> &[usize] {
         &self.moving
     }
 
-    /// The sites with their axes, such as `tip.x`.
+    /// Returns the sites with their axes, such as `tip.x`.
     pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.motions.iter().map(|motion| &*motion.name)
     }
@@ -89,7 +89,7 @@ impl SiteReach {
         }
     }
 
-    /// How far each coordinate moves beside what other motions ask for.
+    /// Returns how far each coordinate moves beside what other motions ask for.
     fn amounts(&self, model: &RobotModel, others: &[f64], time: Time) -> Vec<f64> {
         let goals = self.motions.iter().zip(&self.start);
         let goals: Vec<f64> = goals
@@ -123,18 +123,17 @@ impl SiteReach {
         amounts
     }
 
-    /// A damped step of the joints by which the sites come nearer.
+    /// Returns a damped step of the joints by which the sites come nearer.
     fn step(&self, data: &mut BodyData, missing: &DVector<f64>) -> Option<DVector<f64>> {
         data.com_pos();
         let rows = self.motions.iter().map(|motion| {
             let place = data.site_xpos()[motion.site];
             let (along, _) = data.jac(true, false, &place, motion.body);
             let width = along.len() / 3;
-            let row = self
-                .moving
+            self.moving
                 .iter()
-                .map(|index| along[motion.axis * width + index]);
-            row.collect::<Vec<f64>>()
+                .map(|index| along[motion.axis * width + index])
+                .collect::<Vec<f64>>()
         });
         let rows: Vec<f64> = rows.flatten().collect();
         let jacobian = DMatrix::from_row_slice(missing.len(), self.moving.len(), &rows);
@@ -144,7 +143,7 @@ impl SiteReach {
         Some(jacobian.transpose() * solved)
     }
 
-    /// How far each site is from where it were with other positions (m).
+    /// Returns how far each site is from where it were with other positions (m).
     pub(crate) fn errors(&self, positions: &[f64], wanted: &[f64]) -> Vec<f64> {
         let mut data = lock(&self.data);
         let here = places(&mut data, &self.motions, positions);
@@ -156,7 +155,7 @@ impl SiteReach {
     }
 }
 
-/// Where the sites are with these positions, each along its axis (m).
+/// Returns where the sites are with these positions, each along its axis (m).
 fn places(data: &mut BodyData, motions: &[SiteMotion], positions: &[f64]) -> Vec<f64> {
     data.qpos_mut().copy_from_slice(positions);
     data.kinematics();

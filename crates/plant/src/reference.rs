@@ -87,7 +87,7 @@ struct Reached {
 }
 
 impl Reached {
-    /// The length of all that is missing.
+    /// Returns the length of all that is missing.
     fn missing(&self) -> f64 {
         self.forces.norm_squared().sqrt()
     }
@@ -151,7 +151,7 @@ impl<'m> ReferenceSearch<'m> {
         here
     }
 
-    /// The place that is `step` away.
+    /// Returns the place that is `step` away.
     fn moved(&self, from: &Reference, step: &DVector<f64>) -> Reference {
         let [_, coordinates, _, controls] = self.model.sizes();
         let mut to = from.clone();
@@ -174,7 +174,7 @@ impl<'m> ReferenceSearch<'m> {
         to
     }
 
-    /// The forces that are missing at a place.
+    /// Returns the forces that are missing at a place.
     fn reach(&mut self, at: Reference) -> Reached {
         self.place(&at);
         self.data.qacc_mut().fill(0.0);
@@ -198,7 +198,7 @@ impl<'m> ReferenceSearch<'m> {
         self.data.ctrl_mut().copy_from_slice(&at.controls);
     }
 
-    /// The changes of the missing forces with a step, by centred differences.
+    /// Returns the changes of the missing forces with a step, by centred differences.
     fn slope(&mut self, at: &Reference) -> DMatrix<f64> {
         const SMALL: f64 = 1e-6;
         let [_, coordinates, activations, controls] = self.model.sizes();
@@ -215,7 +215,7 @@ impl<'m> ReferenceSearch<'m> {
         DMatrix::from_columns(&columns)
     }
 
-    /// The pose lowered until it touches the ground; `None` where nothing is below.
+    /// Returns the pose lowered until it touches the ground; `None` where nothing is below.
     fn lowered(&mut self, given: &Reference) -> Option<Reference> {
         let mut joints = self.model.joints.iter();
         let free = joints.find(|joint| joint.kind == JointKind::Free);
@@ -255,7 +255,7 @@ impl<'m> ReferenceSearch<'m> {
         Some(by(below))
     }
 
-    /// Whether a geom touches a body that is welded to the world.
+    /// Returns whether a geom touches a body that is welded to the world.
     fn touches(&mut self, at: &Reference) -> bool {
         self.place(at);
         self.data.forward();
@@ -267,8 +267,9 @@ impl<'m> ReferenceSearch<'m> {
             let body = usize::try_from(geom).ok().and_then(|geom| bodies.get(geom));
             body.is_some_and(|body| welds[*body as usize] == 0)
         };
-        let mut contacts = self.data.contact().iter();
-        contacts
+        self.data
+            .contact()
+            .iter()
             .any(|contact| contact.dist <= 0.0 && contact.geom.iter().any(|geom| is_fixed(*geom)))
     }
 }

@@ -123,14 +123,15 @@ impl Robot {
         })
     }
 
-    /// The number of whole steps of physics that is nearest to a period, at least one.
+    /// Returns the number of whole steps of physics that is nearest to a period, at least one.
     pub(crate) fn steps_in(&self, hz: Hz) -> u64 {
         let period = hz.period().as_nanos() as f64;
         let steps = (period / self.model.step_ns as f64).round_ties_even();
         steps.max(1.0) as u64
     }
 
-    /// The gains of the controller for a policy at `hz`; `None` where they cannot be computed.
+    /// Returns the gains of the controller for a policy at `hz`; `None` where they cannot be
+    /// computed.
     pub(crate) fn gains(&self, hz: Hz) -> Option<DMatrix<f64>> {
         // The result of `powf` in the C library matches the compiler's constant folding.
         let weight = |limit: &f64| limit.powf(-2.0);
@@ -141,25 +142,33 @@ impl Robot {
         gains(&period, [&q, &r], hz.period().as_secs_f64())
     }
 
-    /// The joints that are at the end of their range in the reference.
+    /// Returns the joints that are at the end of their range in the reference.
     pub(crate) fn at_the_end(&self) -> Vec<&str> {
         let mujoco = &self.model.mujoco;
         let ranges = mujoco.jnt_limited().iter().zip(mujoco.jnt_range());
-        let joints = self.model.joints.iter().zip(ranges);
-        let at_end = joints.filter(|(joint, (limited, range))| {
-            let here = self.at.positions[joint.position];
-            joint.numbers() == [1, 1]
-                && **limited
-                && range.iter().any(|end| (here - end).abs() < NEAR_THE_END)
-        });
+        let at_end = self
+            .model
+            .joints
+            .iter()
+            .zip(ranges)
+            .filter(|(joint, (limited, range))| {
+                let here = self.at.positions[joint.position];
+                joint.numbers() == [1, 1]
+                    && **limited
+                    && range.iter().any(|end| (here - end).abs() < NEAR_THE_END)
+            });
         at_end.map(|(joint, _)| &*joint.name).collect()
     }
 
-    /// The name of a coordinate, with its number in its group.
+    /// Returns the name of a coordinate, with its number in its group.
     pub(crate) fn coordinate(&self, index: usize) -> String {
         let group = &self.model.coordinates[index];
-        let mut others = self.model.coordinates.iter();
-        let first = others.position(|other| other == group).unwrap_or(index);
+        let first = self
+            .model
+            .coordinates
+            .iter()
+            .position(|other| other == group)
+            .unwrap_or(index);
         let is_alone = self.model.coordinates.get(first + 1) != Some(group);
         if is_alone {
             group.clone()
@@ -168,7 +177,7 @@ impl Robot {
         }
     }
 
-    /// Whether contacts hold the robot in its reference: in a run they may open.
+    /// Returns whether contacts hold the robot in its reference: in a run they may open.
     pub(crate) fn is_touching(&self) -> bool {
         let has_free = self
             .model
@@ -182,7 +191,7 @@ impl Robot {
             })
     }
 
-    /// Places the robot at the start for `seed`.
+    /// Returns places the robot at the start for `seed`.
     pub(crate) fn begin(&self, seed: u64) -> Result<BodyData, RobotModelError> {
         let mut data = self.model.body()?;
         self.at.put_into(&mut data);
@@ -205,8 +214,8 @@ impl Robot {
         reading.get(..numbers).unwrap_or(reading)
     }
 
-    /// The deviation of a state from the reference: coordinates, speeds, activations. `None` for
-    /// another number of positions, speeds and activations.
+    /// Returns the deviation of a state from the reference: coordinates, speeds, activations.
+    /// `None` for another number of positions, speeds and activations.
     pub(crate) fn deviation(&self, state: &[f64]) -> Option<Vec<f64>> {
         let [positions, coordinates, activations, _] = self.model.sizes();
         let (places, rest) = state.split_at_checked(positions)?;
@@ -227,7 +236,8 @@ impl Robot {
         Some(deviation)
     }
 
-    /// Why a state loses the run, if it does. A robot is placed there in `copy`, if that is needed.
+    /// Returns why a state loses the run, if it does. A robot is placed there in `copy`, if that is
+    /// needed.
     pub(crate) fn loss(&self, state: &[f64], copy: &mut Option<BodyData>) -> Option<LossCause> {
         let [positions, coordinates, ..] = self.model.sizes();
         let mut moving = state.iter().take(positions + coordinates);
@@ -237,11 +247,12 @@ impl Robot {
         let deviation = self.deviation(state)?;
         let beyond = |(x, limit): (&f64, &f64)| x.abs() > *limit;
         let first = deviation.iter().zip(&self.limits).position(beyond);
-        let cause = first.map(LossCause::Coordinate);
-        cause.or_else(|| self.broken_rule(state, copy))
+        first
+            .map(LossCause::Coordinate)
+            .or_else(|| self.broken_rule(state, copy))
     }
 
-    /// The first rule that loses the run in a state.
+    /// Returns the first rule that loses the run in a state.
     fn broken_rule(&self, state: &[f64], copy: &mut Option<BodyData>) -> Option<LossCause> {
         if self.rules.is_empty() {
             return None;
@@ -257,7 +268,7 @@ impl Robot {
         first.map(LossCause::Rule)
     }
 
-    /// What a row of `/state` costs: squares of deviations and controls, over their limits.
+    /// Returns what a row of `/state` costs: squares of deviations and controls, over their limits.
     pub(crate) fn cost(&self, row: &[f64]) -> Option<f64> {
         let (controls, state) = row.split_at_checked(self.half.len())?;
         let deviation = self.deviation(state)?;
@@ -285,7 +296,7 @@ pub(crate) enum LossCause {
     Rule(usize),
 }
 
-/// The pose as the file gives it, with the controls there.
+/// Returns the pose as the file gives it, with the controls there.
 fn given(model: &RobotModel, spec: &PlantSpec) -> Result<Reference, PlantDefect> {
     let [positions, _, activations, controls] = model.sizes();
     let mujoco = &model.mujoco;

@@ -9,12 +9,12 @@ pub(crate) fn rounded(number: f64, exponent: i32) -> f64 {
     nearest + 0.0 // Not below zero.
 }
 
-/// The double nearest to 10^`exponent`.
+/// Returns the double nearest to 10^`exponent`.
 fn power_of_ten(exponent: i32) -> f64 {
     format!("1e{exponent}").parse().unwrap_or(1.0)
 }
 
-/// The exponent of the digit of `number` that is `digits` behind its first.
+/// Returns the exponent of the digit of `number` that is `digits` behind its first.
 pub(crate) fn digit(number: f64, digits: i32) -> i32 {
     (number.log10().floor() as i32).saturating_sub(digits)
 }

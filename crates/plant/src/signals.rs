@@ -14,7 +14,8 @@ use crate::{
 const WIDEST: f64 = 0.1;
 
 impl Robot {
-    /// The plots: distances from a reference that moves, joints with one coordinate, then the controls.
+    /// Returns the plots: distances from a reference that moves, joints with one coordinate, then
+    /// the controls.
     pub(crate) fn signals(&self) -> Vec<Signal> {
         let controls = self.half.len();
         let [_, count, ..] = self.model.sizes();
@@ -59,11 +60,14 @@ impl Robot {
                     range: range.unwrap_or([at - half, at + half]),
                 }
             });
-        let errors = self.errors().into_iter();
-        errors.chain(joints).chain(pushes).collect()
+        self.errors()
+            .into_iter()
+            .chain(joints)
+            .chain(pushes)
+            .collect()
     }
 
-    /// The plots of the distances from a reference that moves.
+    /// Returns the plots of the distances from a reference that moves.
     fn errors(&self) -> Vec<Signal> {
         let [positions, coordinates, activations, controls] = self.model.sizes();
         let behind = controls + positions + coordinates + activations;
@@ -95,7 +99,7 @@ impl Robot {
         errors.collect()
     }
 
-    /// The names of what a state has behind its numbers where the reference moves.
+    /// Returns the names of what a state has behind its numbers where the reference moves.
     pub(crate) fn moving_names(&self) -> Vec<String> {
         let indices = self.moving_coordinates().into_iter();
         let name = |index: usize| {
@@ -108,7 +112,7 @@ impl Robot {
         indices.map(name).collect()
     }
 
-    /// The names of the numbers of a target.
+    /// Returns the names of the numbers of a target.
     pub(crate) fn target_names(&self) -> Vec<String> {
         let groups = 0..self.limits.len();
         let amounts = groups.clone().map(|index| self.coordinate(index));
@@ -116,7 +120,7 @@ impl Robot {
         amounts.chain(speeds).collect()
     }
 
-    /// The unit of a coordinate.
+    /// Returns the unit of a coordinate.
     pub(crate) fn unit(&self, index: usize) -> &'static str {
         let mut joints = self.model.joints.iter();
         let mut left = index;
@@ -135,7 +139,7 @@ impl Robot {
         }
     }
 
-    /// The names of the numbers of a state.
+    /// Returns the names of the numbers of a state.
     pub(crate) fn state_names(&self) -> Vec<String> {
         let [positions, coordinates, activations, _] = self.model.sizes();
         let joints = || self.model.joints.iter();
@@ -169,28 +173,32 @@ impl Robot {
     }
 }
 
-/// The plots of the distances of sites from where they are to be.
+/// Returns the plots of the distances of sites from where they are to be.
 pub(crate) fn site_signals(robot: &SharedRobot) -> Vec<Signal> {
-    let names = robot.reach.iter().flat_map(SiteReach::names);
-    let signals = names.enumerate().map(|(number, name)| {
-        let owner = robot.clone();
-        let error = move |row: &[f64]| {
-            let errors = owner
-                .reach
-                .as_ref()
-                .and_then(|reach| site_errors(reach, &owner, row));
-            errors
-                .and_then(|errors| errors.get(number).copied())
-                .unwrap_or(f64::NAN)
-        };
-        Signal {
-            name: format!("{name} error").into(),
-            unit: "m".into(),
-            topic: STATE.into(),
-            value: SignalValue::new(error),
-            limits: None,
-            range: [-WIDEST, WIDEST],
-        }
-    });
+    let signals = robot
+        .reach
+        .iter()
+        .flat_map(SiteReach::names)
+        .enumerate()
+        .map(|(number, name)| {
+            let owner = robot.clone();
+            let error = move |row: &[f64]| {
+                let errors = owner
+                    .reach
+                    .as_ref()
+                    .and_then(|reach| site_errors(reach, &owner, row));
+                errors
+                    .and_then(|errors| errors.get(number).copied())
+                    .unwrap_or(f64::NAN)
+            };
+            Signal {
+                name: format!("{name} error").into(),
+                unit: "m".into(),
+                topic: STATE.into(),
+                value: SignalValue::new(error),
+                limits: None,
+                range: [-WIDEST, WIDEST],
+            }
+        });
     signals.collect()
 }

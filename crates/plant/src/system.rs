@@ -130,7 +130,7 @@ impl RobotPlant {
         }
     }
 
-    /// The law called `name` for a policy at `hz`.
+    /// Returns the law called `name` for a policy at `hz`.
     fn law(&self, name: &str, hz: Hz) -> Result<Law, PlantDefect> {
         match PLANT_POLICIES.iter().position(|known| *known == name) {
             Some(0) => {
@@ -181,7 +181,7 @@ impl RobotPlant {
         self.robot.poles()
     }
 
-    /// The limit of the coordinates that the file names none for; `None` if it names all.
+    /// Returns the limit of the coordinates that the file names none for; `None` if it names all.
     pub fn other_limit(&self) -> Option<f64> {
         let (spec, groups) = (&self.robot.spec, self.robot.model.groups());
         let is_named = |group: &&str| spec.limits.iter().any(|(name, _)| name == group);
@@ -189,12 +189,12 @@ impl RobotPlant {
         (!is_complete).then(|| spec.limit("*"))
     }
 
-    /// Whether contacts hold the robot: in a run they may open, which theory does not see.
+    /// Returns whether contacts hold the robot: in a run they may open, which theory does not see.
     pub fn is_touching(&self) -> bool {
         self.robot.is_touching()
     }
 
-    /// The notes on what nothing holds under these gains.
+    /// Returns the notes on what nothing holds under these gains.
     fn notes(&self, gains: &DMatrix<f64>, hz: Hz) -> Vec<String> {
         let mut known = lock(&self.notes);
         if let Some((_, notes)) = known.iter().find(|(of, _)| *of == hz) {
@@ -202,10 +202,9 @@ impl RobotPlant {
         }
         let robot = &self.robot;
         let free = robot.free_coordinates(gains, hz.period().as_secs_f64());
-        let limited = free
+        let notes: Vec<String> = free
             .into_iter()
-            .filter(|index| robot.limits[*index].is_finite());
-        let notes: Vec<String> = limited
+            .filter(|index| robot.limits[*index].is_finite())
             .map(|index| {
                 let group = &robot.model.coordinates[index];
                 let name = robot.coordinate(index);
@@ -250,7 +249,7 @@ impl RobotPlant {
         builder.through(&targets, 0).map(Some)
     }
 
-    /// The policy of a run at first, with its name.
+    /// Returns the policy of a run at first, with its name.
     fn policy(&self, builder: &mut Builder<'_>) -> Result<FirstPolicy, BuildError> {
         let maker = self.maker(builder);
         let own = Some(&*self.robot.spec.policy).filter(|name| PLANT_POLICIES.contains(name));
@@ -292,7 +291,7 @@ impl RobotPlant {
         }
     }
 
-    /// What makes the policies of a run.
+    /// Returns what makes the policies of a run.
     fn maker(&self, builder: &Builder<'_>) -> PolicyMaker {
         let context = self.context(builder.seed(), builder.setup());
         let law = |name: &&str| self.law(name, context.control_hz).ok();
@@ -305,7 +304,7 @@ impl RobotPlant {
         }
     }
 
-    /// The inputs of a policy in a file.
+    /// Returns the inputs of a policy in a file.
     fn context(&self, seed: u64, setup: &Setup) -> PolicyContext {
         PolicyContext {
             seed,
@@ -314,7 +313,7 @@ impl RobotPlant {
         }
     }
 
-    /// The law of a run with `setup`, and its rate.
+    /// Returns the law of a run with `setup`, and its rate.
     fn law_of(&self, setup: &Setup) -> Result<(Law, Hz), PlantDefect> {
         let spec = &self.robot.spec;
         let hz = setup.rate(POLICY).unwrap_or(spec.rate);
@@ -330,7 +329,7 @@ struct FirstPolicy {
     maker: PolicyMaker,
 }
 
-/// The verdict on a run that a group of coordinates has lost.
+/// Returns the verdict on a run that a group of coordinates has lost.
 fn lost_kind(group: &str, limit: f64) -> VerdictKind {
     VerdictKind {
         name: format!("lost_{}", key(group)).into(),
@@ -339,7 +338,7 @@ fn lost_kind(group: &str, limit: f64) -> VerdictKind {
     }
 }
 
-/// The verdict on a run that is lost by the rule with this text.
+/// Returns the verdict on a run that is lost by the rule with this text.
 fn rule_kind(text: &str) -> VerdictKind {
     VerdictKind {
         name: format!("lost_{}", key(text)).into(),
@@ -348,7 +347,7 @@ fn rule_kind(text: &str) -> VerdictKind {
     }
 }
 
-/// The file that a message to a node names, if any.
+/// Returns the file that a message to a node names, if any.
 fn file_of(node: &str, text: &str) -> Option<PolicyFile> {
     let name = text.trim();
     (node == POLICY && !PLANT_POLICIES.contains(&name)).then(|| PolicyFile::parse(name))
@@ -451,8 +450,8 @@ impl System for RobotPlant {
 
     fn overloads(&self, setup: &Setup) -> Vec<String> {
         let rate = |node| setup.rate(node).unwrap_or(self.robot.spec.rate);
-        let nodes = [SENSOR, POLICY, ACTUATOR].into_iter();
-        nodes
+        [SENSOR, POLICY, ACTUATOR]
+            .into_iter()
             .filter_map(|node| overload(node, rate(node), setup))
             .collect()
     }
@@ -495,8 +494,8 @@ impl Judge for RobotPlant {
         Some(Box::new(RobotTally::new(self.robot.clone())))
     }
 
-    /// The mean age of pushes with the longest delay that theory allows; nothing where contacts may
-    /// open, which theory does not see.
+    /// Returns the mean age of pushes with the longest delay that theory allows; nothing where
+    /// contacts may open, which theory does not see.
     fn age_limits(&self, setup: &Setup) -> AgeLimits {
         let limit = || match self.law_of(setup).ok()? {
             (Law::Lqr(_), hz) if !self.robot.is_touching() => {

@@ -50,12 +50,13 @@ impl TargetReader {
 }
 
 impl Robot {
-    /// Whether the reference moves.
+    /// Returns whether the reference moves.
     pub(crate) fn is_moving(&self) -> bool {
         !self.motions.is_empty() || self.reach.is_some()
     }
 
-    /// How far each coordinate is to be from the pose at run time `now`, then the speed of each.
+    /// Returns how far each coordinate is to be from the pose at run time `now`, then the speed of
+    /// each.
     pub(crate) fn target(&self, now: Time) -> Vec<f64> {
         let [_, coordinates, ..] = self.model.sizes();
         let mut target = vec![0.0; 2 * coordinates];
@@ -70,22 +71,22 @@ impl Robot {
         target
     }
 
-    /// What a state has beside positions, speeds and activations: how far the coordinates that move are to
-    /// be from the pose at run time `now`.
+    /// Returns what a state has beside positions, speeds and activations: how far the coordinates
+    /// that move are to be from the pose at run time `now`.
     pub(crate) fn moved(&self, now: Time) -> Vec<f64> {
         let target = if self.is_moving() {
             self.target(now)
         } else {
             Vec::new()
         };
-        let moving = self.moving_coordinates().into_iter();
-        moving
+        self.moving_coordinates()
+            .into_iter()
             .filter_map(|index| target.get(index).copied())
             .collect()
     }
 
-    /// The square of the distance from a reference that moves, in a row of `/state`: of the joints and the
-    /// sites that are named.
+    /// Returns the square of the distance from a reference that moves, in a row of `/state`: of the
+    /// joints and the sites that are named.
     pub(crate) fn error(&self, row: &[f64]) -> Option<f64> {
         let (_, state) = row.split_at_checked(self.half.len())?;
         let deviation = self.deviation(state)?;
@@ -94,11 +95,15 @@ impl Robot {
             .reach
             .as_ref()
             .and_then(|reach| site_errors(reach, self, row));
-        let errors = joints.chain(sites.unwrap_or_default());
-        Some(errors.map(|error| error * error).sum())
+        Some(
+            joints
+                .chain(sites.unwrap_or_default())
+                .map(|error| error * error)
+                .sum(),
+        )
     }
 
-    /// The coordinates that move, each once.
+    /// Returns the coordinates that move, each once.
     pub(crate) fn moving_coordinates(&self) -> Vec<usize> {
         let joints = self.motions.iter().map(|motion| motion.index);
         let sites = self.reach.iter().flat_map(|reach| reach.coordinates());
@@ -125,7 +130,7 @@ impl Robot {
     }
 }
 
-/// How far each site is from where it is to be, in a row of `/state` of `robot` (m).
+/// Returns how far each site is from where it is to be, in a row of `/state` of `robot` (m).
 pub(crate) fn site_errors(reach: &SiteReach, robot: &Robot, row: &[f64]) -> Option<Vec<f64>> {
     let [positions, coordinates, activations, controls] = robot.model.sizes();
     let places = row.get(controls..controls + positions)?;

@@ -69,17 +69,18 @@ impl ObservedTerms {
         }
     }
 
-    /// Whether the state itself is the observation.
+    /// Returns whether the state itself is the observation.
     pub(crate) fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
     fn sensor_terms(&self) -> impl Iterator<Item = &ObservedTerm> {
-        let terms = self.0.iter();
-        terms.filter(|term| term.kind != TermKind::LastAction)
+        self.0
+            .iter()
+            .filter(|term| term.kind != TermKind::LastAction)
     }
 
-    /// The name of each number that the sensor reads.
+    /// Returns the name of each number that the sensor reads.
     pub(crate) fn names(&self) -> Vec<String> {
         let names = self.sensor_terms().flat_map(|term| {
             let name = |number| match term.size {
@@ -100,7 +101,8 @@ impl ObservedTerms {
         }
     }
 
-    /// The whole observation, of what the sensor has `read` and of what the policy answered `last`;
+    /// Returns the whole observation, of what the sensor has `read` and of what the policy answered
+    /// `last`;
     /// `None` for another amount of numbers.
     pub(crate) fn whole(&self, read: &[f64], last: &[f64]) -> Option<Vec<f64>> {
         let (mut whole, mut rest) = (Vec::new(), read);
@@ -116,7 +118,7 @@ impl ObservedTerms {
         rest.is_empty().then_some(whole)
     }
 
-    /// The numbers of a whole observation.
+    /// Returns the numbers of a whole observation.
     pub(crate) fn size(&self) -> usize {
         self.0.iter().map(|term| term.size).sum()
     }
@@ -197,14 +199,17 @@ fn number(text: &str) -> Option<f64> {
     number.filter(|number| number.is_finite())
 }
 
-/// The places of hinges and slides.
+/// Returns the places of hinges and slides.
 fn joints(model: &RobotModel, place: impl Fn(&RobotJoint) -> usize) -> Vec<usize> {
-    let joints = model.joints.iter();
-    let simple = joints.filter(|joint| matches!(joint.kind, JointKind::Hinge | JointKind::Slide));
-    simple.map(place).collect()
+    model
+        .joints
+        .iter()
+        .filter(|joint| matches!(joint.kind, JointKind::Hinge | JointKind::Slide))
+        .map(place)
+        .collect()
 }
 
-/// The index of the object of this kind called `name`.
+/// Returns the index of the object of this kind called `name`.
 fn named(
     model: &RobotModel,
     object: MjtObjBase,

@@ -28,7 +28,7 @@ pub enum BearableDelay {
 }
 
 impl BearableDelay {
-    /// The whole milliseconds, where there is a limit.
+    /// Returns the whole milliseconds, where there is a limit.
     pub fn ms(self) -> Option<f64> {
         match self {
             Self::Ms(ms) => Some(ms as f64),
@@ -71,7 +71,8 @@ impl Robot {
         BearableDelay::Any
     }
 
-    /// Whether deviations grow without a delay, under these gains for decisions every `period_s`.
+    /// Returns whether deviations grow without a delay, under these gains for decisions every
+    /// `period_s`.
     pub(crate) fn grows(&self, gains: &DMatrix<f64>, period_s: f64) -> bool {
         self.delayed(gains, period_s, 0).grows()
     }
@@ -89,8 +90,9 @@ impl Robot {
     /// Returns the coordinates that nothing holds, by their indices.
     pub(crate) fn free_coordinates(&self, gains: &DMatrix<f64>, period_s: f64) -> Vec<usize> {
         let here = self.delayed(gains, period_s, 0);
-        let modes = here.modes(HELD).into_iter();
-        let mut free: Vec<usize> = modes
+        let mut free: Vec<usize> = here
+            .modes(HELD)
+            .into_iter()
             .filter_map(|mode| {
                 let shape = here.shape(mode.value)?;
                 let of_coordinates = shape.iter().take(self.limits.len()).enumerate();
@@ -103,7 +105,7 @@ impl Robot {
         free
     }
 
-    /// The loop with controls that are `late` steps of physics late.
+    /// Returns the loop with controls that are `late` steps of physics late.
     fn delayed(&self, gains: &DMatrix<f64>, period_s: f64, late: u64) -> DelayedLoop<'_> {
         let steps = (period_s * 1e9 / self.model.step_ns as f64)
             .round_ties_even()
@@ -144,21 +146,23 @@ impl Robot {
 }
 
 impl DelayedLoop<'_> {
-    /// Whether a deviation grows that is seen on a coordinate with a limit.
+    /// Returns whether a deviation grows that is seen on a coordinate with a limit.
     fn grows(&self) -> bool {
         !self.growths().is_empty()
     }
 
-    /// The growths of such deviations (1/s), the fastest first.
+    /// Returns the growths of such deviations (1/s), the fastest first.
     fn growths(&self) -> Vec<f64> {
-        let modes = self.modes(STEADY).into_iter();
-        let seen = modes.filter(|mode| {
+        let seen = self.modes(STEADY).into_iter().filter(|mode| {
             let seen = self.shape(mode.value).is_some_and(|shape| {
-                let limits = self.robot.limits.iter();
-                let limited = limits
+                self.robot
+                    .limits
+                    .iter()
                     .zip(shape.iter())
-                    .filter(|(limit, _)| limit.is_finite());
-                limited.map(|(_, part)| *part).fold(0.0, f64::max) > PART * shape.amax()
+                    .filter(|(limit, _)| limit.is_finite())
+                    .map(|(_, part)| *part)
+                    .fold(0.0, f64::max)
+                    > PART * shape.amax()
             });
             seen && mode.growth > STEADY
         });
@@ -167,7 +171,7 @@ impl DelayedLoop<'_> {
         growths
     }
 
-    /// The modes that grow faster than `growth`, those above the real axis only.
+    /// Returns the modes that grow faster than `growth`, those above the real axis only.
     fn modes(&self, growth: f64) -> Vec<LoopMode> {
         let schur = Schur::try_new(self.matrix.clone(), f64::EPSILON, 10_000);
         let values = schur.map(|schur| schur.complex_eigenvalues());
@@ -183,7 +187,8 @@ impl DelayedLoop<'_> {
         modes.filter(|mode| mode.growth > growth).collect()
     }
 
-    /// How much of each number is in the mode of this eigenvalue; `None` for one that is not finite.
+    /// Returns how much of each number is in the mode of this eigenvalue; `None` for one that is
+    /// not finite.
     fn shape(&self, value: Complex<f64>) -> Option<DVector<f64>> {
         let size = self.matrix.nrows();
         let near = value + Complex::new(1e-9, 1e-10) * value.modulus().max(1.0);

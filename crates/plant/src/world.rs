@@ -49,7 +49,7 @@ pub(crate) struct FreeRobot {
 }
 
 impl FreeRobot {
-    /// Places `robot` at the start for `seed`.
+    /// Creates places `robot` at the start for `seed`.
     pub(crate) fn new(robot: SharedRobot, seed: u64) -> Result<Self, RobotModelError> {
         let controls: Arc<[f64]> = robot.at.controls.as_slice().into();
         Ok(Self {
@@ -108,7 +108,7 @@ impl FreeRobot {
         before
     }
 
-    /// Run time at which the next step begins.
+    /// Returns the run time at which the next step begins.
     fn next_begin(&self) -> Time {
         Time::from_nanos(self.steps.saturating_mul(self.robot.model.step_ns))
     }

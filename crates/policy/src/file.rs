@@ -49,7 +49,7 @@ impl PolicyFile {
         }
     }
 
-    /// Its name without the folder.
+    /// Returns its name without the folder.
     pub fn name(&self) -> &str {
         let name = Path::new(&self.path).file_name();
         name.and_then(|name| name.to_str()).unwrap_or(&self.path)

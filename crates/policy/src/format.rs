@@ -76,8 +76,8 @@ impl FileFormat {
         if content.first() == Some(&ONNX_VERSION) {
             return Self::Onnx;
         }
-        let mut known = BEGINNINGS.iter();
-        known
+        BEGINNINGS
+            .iter()
             .find(|(beginning, _)| content.starts_with(beginning))
             .map_or(Self::Unknown, |(_, format)| *format)
     }

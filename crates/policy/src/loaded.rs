@@ -77,10 +77,10 @@ impl LoadedFile {
     fn answers(&self, shape: RowShape) -> Result<Option<usize>, PolicyError> {
         match &self.content {
             FileContent::Network(weights) => Ok(Some(weights.actions())),
-            FileContent::Graph(graph) => {
-                let found = graph.outputs(shape.sees).map(Some);
-                found.map_err(|why| self.error(why.to_string()))
-            }
+            FileContent::Graph(graph) => graph
+                .outputs(shape.sees)
+                .map(Some)
+                .map_err(|why| self.error(why.to_string())),
             FileContent::Program => Ok(None),
         }
     }
@@ -175,7 +175,7 @@ impl LoadedFile {
         self.file.name()
     }
 
-    /// An error of the policy.
+    /// Returns an error of the policy.
     pub fn error(&self, why: String) -> PolicyError {
         PolicyError {
             spec: self.name().to_owned(),

@@ -75,7 +75,7 @@ pub trait RowPolicy: Send {
     /// Returns the answer to an observation; nothing if it has died.
     fn answer(&mut self, observation: &[f64]) -> &[f64];
 
-    /// What its answers are.
+    /// Returns what its answers are.
     fn kind(&self) -> AnswerKind {
         AnswerKind::Action
     }

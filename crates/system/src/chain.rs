@@ -75,6 +75,8 @@ pub struct BagAges {
     pub p99_ms: Option<f64>,
     /// What the bag could not tell, on which other ages of the graph rest.
     pub unsure: Option<String>,
+    /// What the bag could not tell, but runs with a change try.
+    pub open: Option<String>,
 }
 
 /// A limit of the data age of a chain.

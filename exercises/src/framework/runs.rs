@@ -130,7 +130,7 @@ pub(crate) fn survey<T: ToString, const VALUES: usize>(
     survey_of(cart_pole(), base, knob, values, starts)
 }
 
-/// The same with another system.
+/// Returns the same with another system.
 pub(crate) fn survey_of<T: ToString, const VALUES: usize>(
     system: Arc<dyn System>,
     base: Config,

@@ -14,6 +14,7 @@ mod look;
 mod margins;
 mod mcap_file;
 mod new;
+mod readings;
 mod recording;
 mod replay;
 mod run;

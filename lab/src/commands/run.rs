@@ -5,6 +5,7 @@ use ratelab_experiment::{Experiment, StepWriter};
 use ratelab_real_clock::RealClock;
 use ratelab_recording::StopReason;
 
+use super::readings::other_readings;
 use crate::{
     cli::PlainRunArgs,
     error::Error,
@@ -64,6 +65,7 @@ pub fn run(program: &Program, plain: &PlainRunArgs) -> Result<(), Error> {
         let spread = phases.map(|sweep| PhaseSpread::measure(&sweep, &interrupt));
         let context = ReportContext {
             phases: spread.transpose()?,
+            readings: other_readings(program, &config, &interrupt),
             ..context(args, realtime, csv_lost)
         };
         print_results(program, args, outputs, &summary, &context, like.as_ref())?;

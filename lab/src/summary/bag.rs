@@ -5,7 +5,14 @@ use ratelab_experiment::Summary;
 use ratelab_system::{BagAges, DataChain, System};
 use serde_json::{Map, Value, json};
 
-use super::{Digits, ages::mean_and_p99_s};
+use super::{
+    Digits,
+    ages::mean_and_p99_s,
+    readings::{OtherReadings, ReadAge},
+};
+
+/// How far other readings of the bag may be (percent) for a prediction to be sure.
+const SURE_PERCENT: f64 = 2.0;
 
 /// A chain with its ages in the bag and in the run (ms).
 struct ComparedChain<'a> {
@@ -14,15 +21,59 @@ struct ComparedChain<'a> {
     /// The mean in the run, if data came through.
     mean: Option<f64>,
     p99: Option<f64>,
+    /// What other readings of the bag come to, if the graph was changed.
+    readings: Option<&'a [ReadAge]>,
+    /// A node of which the change says what the bag does not.
+    doubted: Option<&'a str>,
+}
+
+impl ComparedChain<'_> {
+    /// Returns why the mean may be another one, if it may.
+    fn unsure(&self) -> Option<String> {
+        let (unsure, open) = (&self.bag.unsure, &self.bag.open);
+        let Some(readings) = self.readings else {
+            return unsure.clone().or_else(|| open.clone());
+        };
+        let doubt =
+            |node| format!("what {node} costs is not known: it may be a timer or triggered");
+        let doubted = || self.doubted.map(doubt);
+        let Some(mean) = self.mean.filter(|_| unsure.is_none()) else {
+            return unsure.clone();
+        };
+        let far = |age: &&ReadAge| change(age.mean_ms, mean).abs() > SURE_PERCENT;
+        let others: Vec<String> = readings
+            .iter()
+            .filter(far)
+            .map(|age| format!("{} ms if {}", millis::text(age.mean_ms), age.what))
+            .collect();
+        if others.is_empty() {
+            return doubted();
+        }
+        Some(others.join(", "))
+    }
+
+    /// Returns how sure the mean is.
+    fn sure(&self) -> String {
+        match (self.unsure(), self.readings) {
+            (Some(why), None) => format!("unsure if changed: {why}"),
+            (None, None) => "sure if changed".to_owned(),
+            (Some(why), Some(_)) => format!("unsure: {why}"),
+            (None, Some(readings)) => format!(
+                "sure: other readings of the bag ({}) differ by less than {SURE_PERCENT} %",
+                readings.len()
+            ),
+        }
+    }
 }
 
 /// Returns the chains with ages of a bag.
 fn compared<'a>(
     system: &'a dyn System,
     summary: &'a Summary,
+    readings: Option<&'a OtherReadings>,
 ) -> impl Iterator<Item = ComparedChain<'a>> {
     let chains = system.about().chains.iter();
-    chains.filter_map(|chain| {
+    chains.filter_map(move |chain| {
         let age = summary
             .ages
             .iter()
@@ -32,6 +83,8 @@ fn compared<'a>(
             bag: chain.bag.as_ref()?,
             mean: chain.mean_ms(summary.sim_time, &summary.chains),
             p99: age.map(|age| mean_and_p99_s(age)[1] * 1e3),
+            readings: readings.map(|readings| readings.of(chain)),
+            doubted: readings.and_then(|readings| readings.doubted(chain)),
         })
     })
 }
@@ -42,7 +95,11 @@ fn change(here: f64, bag: f64) -> f64 {
 }
 
 /// Returns a line for each chain with ages of a bag.
-pub fn lines(system: &dyn System, summary: &Summary) -> Vec<(&'static str, String)> {
+pub fn lines(
+    system: &dyn System,
+    summary: &Summary,
+    readings: Option<&OtherReadings>,
+) -> Vec<(&'static str, String)> {
     let line = |of: ComparedChain<'_>| {
         let figure = |name: &str, here: Option<f64>, bag: Option<f64>| {
             let (here, bag) = (here?, bag?);
@@ -57,10 +114,7 @@ pub fn lines(system: &dyn System, summary: &Summary) -> Vec<(&'static str, Strin
             figure("p99", of.p99, of.bag.p99_ms),
         ];
         let figures: Vec<String> = figures.into_iter().flatten().collect();
-        let sure = match &of.bag.unsure {
-            Some(why) => format!("unsure if changed: {why}"),
-            None => "sure if changed".to_owned(),
-        };
+        let sure = of.sure();
         let figures = if figures.is_empty() {
             "no data here".to_owned()
         } else {
@@ -68,21 +122,25 @@ pub fn lines(system: &dyn System, summary: &Summary) -> Vec<(&'static str, Strin
         };
         ("bag", format!("{} {figures}; {sure}", of.chain.name()))
     };
-    compared(system, summary).map(line).collect()
+    compared(system, summary, readings).map(line).collect()
 }
 
 /// Returns the same for programs; `None` without a bag.
-pub fn json(digits: Digits, system: &dyn System, summary: &Summary) -> Option<Value> {
-    let chains = compared(system, summary).map(|of| {
+pub fn json(
+    digits: Digits,
+    system: &dyn System,
+    summary: &Summary,
+    readings: Option<&OtherReadings>,
+) -> Option<Value> {
+    let chains = compared(system, summary, readings).map(|of| {
         let BagAges {
-            mean_ms,
-            p99_ms,
-            unsure,
+            mean_ms, p99_ms, ..
         } = of.bag;
+        let unsure = of.unsure();
         let rounded = |value: Option<f64>| value.map(|value| digits.round(value));
         let mean_change = of.mean.map(|mean| change(mean, *mean_ms));
         let p99_change = of.p99.zip(*p99_ms).map(|(here, bag)| change(here, bag));
-        let figures = json!({
+        let mut figures = json!({
             "mean_change_percent": rounded(mean_change),
             "mean_ms": mean_ms,
             "p99_change_percent": rounded(p99_change),
@@ -90,6 +148,13 @@ pub fn json(digits: Digits, system: &dyn System, summary: &Summary) -> Option<Va
             "sure": unsure.is_none(),
             "unsure": unsure,
         });
+        if let Some(readings) = of.readings {
+            let others = readings.iter();
+            figures["readings_mean_ms"] = others
+                .map(|age| (age.what.clone(), json!(digits.round(age.mean_ms))))
+                .collect::<Map<_, _>>()
+                .into();
+        }
         (of.chain.name().to_owned(), figures)
     });
     let chains: Map<String, Value> = chains.collect();

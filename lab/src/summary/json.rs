@@ -47,7 +47,7 @@ fn with_digits(
 ) -> Map<String, Value> {
     let mut metrics = keys(digits, system, summary, context);
     metrics.extend(system_keys(digits, system, summary));
-    let bag = bag::json(digits, system, summary);
+    let bag = bag::json(digits, system, summary, context.readings.as_ref());
     metrics.extend(bag.map(|bag| ("bag".to_owned(), bag)));
     let phases = context.phases.iter();
     metrics.extend(phases.map(|phases| ("phases".to_owned(), phases.json())));

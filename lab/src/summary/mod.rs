@@ -4,6 +4,7 @@ pub mod ages;
 mod bag;
 pub mod json;
 pub mod phases;
+pub mod readings;
 pub mod text;
 
 use std::time::Duration;

@@ -13,7 +13,7 @@ use ratelab_system::{
     plant,
 };
 
-use super::{ages, bag, phases::PhaseSpread};
+use super::{ages, bag, phases::PhaseSpread, readings::OtherReadings};
 use crate::summary::{self, was_late};
 use ratelab_recording::printable::in_line;
 
@@ -30,6 +30,8 @@ pub struct ReportContext {
     pub csv_lost: u64,
     /// This run at other phases, if it was asked for.
     pub phases: Option<PhaseSpread>,
+    /// This run by other readings of the bag, if the graph of one was changed.
+    pub readings: Option<OtherReadings>,
     /// The reason why the end of the run is unknown, if it is.
     pub open: Option<String>,
     /// Whether an exercise asks for the cause that the summary would name.
@@ -49,7 +51,7 @@ pub fn render(system: &dyn System, summary: &Summary, context: &ReportContext) -
     let chain_line = |chain: &DataChain| chain.line(summary.sim_time, &summary.chains, &silence);
     let chains = system.about().chains.iter().map(chain_line);
     lines.extend(chains.map(|text| ("chain", text)));
-    lines.extend(bag::lines(system, summary));
+    lines.extend(bag::lines(system, summary, context.readings.as_ref()));
     lines.extend(known([("links", links(summary))]));
     lines.extend(latencies(system, summary));
     lines.extend(known([(

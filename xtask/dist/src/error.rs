@@ -37,7 +37,7 @@ impl Error {
         move |why| Self::Io { what, why }
     }
 
-    /// The `tool` does not say its `what`.
+    /// Returns the `tool` does not say its `what`.
     pub(crate) fn silent(tool: &str, what: &str) -> Self {
         Self::Unfit(format!("{tool} does not say its {what}"))
     }

@@ -128,7 +128,7 @@ fn home() -> PathBuf {
     env::home_dir().unwrap_or_default()
 }
 
-/// A copy without history gets the earliest date of a zip file.
+/// Returns a copy without history gets the earliest date of a zip file.
 fn time(root: &Path) -> u64 {
     const ZIP_BEGINS: u64 = 315_532_800;
     let mut git = Command::new("git");

@@ -105,7 +105,7 @@ pub fn tarball(tree: &Tree, name: &str, time: u64) -> io::Result<Vec<u8>> {
     archive.into_inner()?.finish()
 }
 
-/// The owner is root, number 0: on unpacking, the current user becomes the owner.
+/// Returns the owner is root, number 0: on unpacking, the current user becomes the owner.
 fn header(file: &File, time: u64) -> Header {
     let mut header = Header::new_ustar();
     header.set_entry_type(EntryType::Regular);

@@ -55,7 +55,7 @@ pub fn ensure(folder: &Path, platform: &Platform) -> Result<SetupResult, Error> 
     Ok(SetupResult::Fetched)
 }
 
-/// A file of another size is damaged, and counts as missing. A hash on every build would
+/// Returns a file of another size is damaged, and counts as missing. A hash on every build would
 /// be too slow, and pip has checked it.
 fn is_in_place(folder: &Path, platform: &Platform) -> bool {
     let whole = |place| fs::metadata(folder.join(place)).is_ok_and(|m| m.len() == platform.size);

@@ -14,13 +14,13 @@ const LONGEST: u64 = 64 << 10;
 /// Bytes that are read at once.
 const PORTION: usize = 256 << 10;
 
-/// Whether a file that begins with `head` is such a table.
+/// Returns whether a file that begins with `head` is such a table.
 pub fn is_table(head: &[u8]) -> bool {
     let line = head.split(|byte| *byte == b'\n').next().unwrap_or_default();
     columns(&String::from_utf8_lossy(line)).is_some()
 }
 
-/// The place of each column in a table with this first line.
+/// Returns the place of each column in a table with this first line.
 fn columns(line: &str) -> Option<[Option<usize>; 5]> {
     let names = cells(line.trim_start_matches('\u{feff}').trim_end());
     let places = COLUMNS.map(|name| names.iter().position(|cell| cell == name));
@@ -28,7 +28,7 @@ fn columns(line: &str) -> Option<[Option<usize>; 5]> {
     (places[0].is_some() && places[1].is_some() && is_known).then_some(places)
 }
 
-/// The cells of a line; one in quotes may contain commas, and doubled quotes.
+/// Returns the cells of a line; one in quotes may contain commas, and doubled quotes.
 fn cells(line: &str) -> Vec<String> {
     let (mut cells, mut cell, mut quoted) = (Vec::new(), String::new(), false);
     let mut signs = line.chars().peekable();
@@ -82,7 +82,7 @@ pub fn read(source: &mut impl Read, reading: &mut FileReading<'_>) -> io::Result
     Ok(())
 }
 
-/// The topic and the message of a line.
+/// Returns the topic and the message of a line.
 fn event(line: &str, columns: [Option<usize>; 5]) -> Result<(String, RawMessage), String> {
     let mut cells = cells(line.trim_end());
     let number = |column: usize| {

@@ -77,7 +77,7 @@ struct McapContent {
     channels: HashMap<u16, McapChannel>,
 }
 
-/// Whether a file that begins with `head` is one of MCAP.
+/// Returns whether a file that begins with `head` is one of MCAP.
 pub fn is_mcap(head: &[u8]) -> bool {
     head.starts_with(MAGIC)
 }
@@ -188,7 +188,7 @@ impl McapContent {
         }
     }
 
-    /// The messages of a chunk, up to damage.
+    /// Returns the messages of a chunk, up to damage.
     fn records(
         &mut self,
         rest: &mut io::Take<impl BufRead>,
@@ -314,7 +314,7 @@ impl McapContent {
         }
     }
 
-    /// The message that begins with `data`, and its channel. Its record has `length` bytes.
+    /// Returns the message that begins with `data`, and its channel. Its record has `length` bytes.
     fn message(&self, data: &[u8], length: u64) -> Option<(u16, RawMessage)> {
         let (channel, rest) = data.split_first_chunk()?;
         let (sequence, rest) = rest.split_first_chunk()?;

@@ -92,7 +92,7 @@ impl FileReading<'_> {
         self.refused += u64::from(!self.bag.add(topic, raw));
     }
 
-    /// Whether no more messages are kept, which is then noted.
+    /// Returns whether no more messages are kept, which is then noted.
     fn is_full(&mut self, at: u64) -> bool {
         let is_full = self.bag.is_full();
         if is_full {
@@ -143,8 +143,10 @@ pub fn read(path: &Path, watch: Watch<'_>) -> Result<Bag, BagError> {
     }
     let bag = bag.finish();
     if bag.topics.is_empty() {
-        let first = bag.damage.first();
-        let why = first.map_or(String::new(), |damage| format!(": {}", damage.what));
+        let why = bag
+            .damage
+            .first()
+            .map_or(String::new(), |damage| format!(": {}", damage.what));
         return Err(BagError::Empty { file: name, why });
     }
     Ok(bag)
@@ -176,12 +178,12 @@ fn read_file(mut source: File, reading: &mut FileReading<'_>) -> Result<(), BagE
     const HEAD: u64 = 4_096;
     let path = PathBuf::from(&reading.name);
     let mut head = Vec::new();
-    let begun = source
+    source
         .by_ref()
         .take(HEAD)
         .read_to_end(&mut head)
-        .and_then(|_| source.rewind());
-    begun.map_err(|why| unreadable(&path, why))?;
+        .and_then(|_| source.rewind())
+        .map_err(|why| unreadable(&path, why))?;
     let read = if mcap::is_mcap(&head) {
         mcap::read(&mut source, reading)
     } else if csv::is_table(&head) {
@@ -201,7 +203,7 @@ fn read_file(mut source: File, reading: &mut FileReading<'_>) -> Result<(), BagE
     read.map_err(|why| unreadable(&path, why))
 }
 
-/// What a file is instead of a bag.
+/// Returns what a file is instead of a bag.
 fn found(head: &[u8], length: u64) -> String {
     if head.starts_with(b"SQLite format 3\0") {
         return "an SQLite file: ros2 bag convert makes an MCAP file of it".to_owned();
@@ -212,8 +214,8 @@ fn found(head: &[u8], length: u64) -> String {
     format!("{length} bytes of something else")
 }
 
-/// The files of the bag in `folder`, in the order of its metadata or else of their names, and those
-/// that are missing.
+/// Returns the files of the bag in `folder`, in the order of its metadata or else of their names,
+/// and those that are missing.
 fn files_of(folder: &Path) -> Result<(Vec<PathBuf>, Vec<String>), BagError> {
     const MOST: u64 = 16 << 20;
     let mut listed = Vec::new();
@@ -248,13 +250,16 @@ fn files_of(folder: &Path) -> Result<(Vec<PathBuf>, Vec<String>), BagError> {
     Ok((files, missing))
 }
 
-/// The files that a `metadata.yaml` lists.
+/// Returns the files that a `metadata.yaml` lists.
 fn listed_files(text: &str) -> Vec<String> {
-    let lines = text
+    let items = text
         .lines()
         .map(str::trim)
-        .skip_while(|line| *line != "relative_file_paths:");
-    let items = lines.skip(1).map_while(|line| line.strip_prefix("- "));
-    let unquoted = items.map(|item| item.trim().trim_matches(['"', '\'']));
-    unquoted.map(str::to_owned).collect()
+        .skip_while(|line| *line != "relative_file_paths:")
+        .skip(1)
+        .map_while(|line| line.strip_prefix("- "));
+    items
+        .map(|item| item.trim().trim_matches(['"', '\'']))
+        .map(str::to_owned)
+        .collect()
 }

@@ -72,7 +72,7 @@ fn short(name: &str) -> String {
     name.replace("::", "/").replace("/msg/", "/")
 }
 
-/// The place of the stamp in messages of the type `name`, by its schema.
+/// Returns the place of the stamp in messages of the type `name`, by its schema.
 pub fn stamp_field(name: &str, encoding: &str, schema: &[u8]) -> Option<StampField> {
     let name = short(name);
     let text = String::from_utf8_lossy(schema);
@@ -90,7 +90,7 @@ pub fn stamp_field(name: &str, encoding: &str, schema: &[u8]) -> Option<StampFie
     followed(&name, &fields)
 }
 
-/// The place of the stamp in messages of the distribution.
+/// Returns the place of the stamp in messages of the distribution.
 fn known(name: &str) -> Option<StampField> {
     match name {
         "tf2_msgs/TFMessage" => Some(StampField::FirstOfSequence),
@@ -126,7 +126,7 @@ fn followed(name: &str, fields: &HashMap<String, Field<'_>>) -> Option<StampFiel
     None
 }
 
-/// The full name of the type that a message of the type `within` calls `kind`.
+/// Returns the full name of the type that a message of the type `within` calls `kind`.
 fn resolved(within: &str, kind: &str) -> String {
     let kind = short(kind);
     match kind.as_str() {
@@ -140,7 +140,8 @@ fn resolved(within: &str, kind: &str) -> String {
     }
 }
 
-/// The first field of each message in a schema of `.msg` files; the first is the type `name`.
+/// Returns the first field of each message in a schema of `.msg` files; the first is the type
+/// `name`.
 fn message_fields<'a>(name: &str, text: &'a str) -> HashMap<String, Field<'a>> {
     let (mut fields, mut at) = (HashMap::new(), Some(name.to_owned()));
     let mut is_after_line = false;
@@ -158,7 +159,7 @@ fn message_fields<'a>(name: &str, text: &'a str) -> HashMap<String, Field<'a>> {
     fields
 }
 
-/// The field in a line of a `.msg` file; `None` for a constant.
+/// Returns the field in a line of a `.msg` file; `None` for a constant.
 fn field(line: &str) -> Option<Field<'_>> {
     let (kind, rest) = line.split_once(char::is_whitespace)?;
     let rest = rest.trim_start();
@@ -176,7 +177,7 @@ fn field(line: &str) -> Option<Field<'_>> {
     })
 }
 
-/// The first field of each structure in a schema of IDL files.
+/// Returns the first field of each structure in a schema of IDL files.
 fn idl_fields(text: &str) -> HashMap<String, Field<'_>> {
     let mut fields = HashMap::new();
     let (mut modules, mut name) = (Vec::new(), None);
@@ -207,7 +208,7 @@ fn idl_fields(text: &str) -> HashMap<String, Field<'_>> {
 }
 
 impl StampField {
-    /// The stamp (ns) in the first bytes of a message in CDR; 0 if there is none.
+    /// Returns the stamp (ns) in the first bytes of a message in CDR; 0 if there is none.
     pub fn read(self, data: &[u8]) -> i64 {
         if self == Self::Json {
             return json_time(data).unwrap_or(0);

@@ -102,7 +102,7 @@ pub(crate) fn warnings(
     defects.into_iter().flatten().collect()
 }
 
-/// The next chunk comes after the last action of this one.
+/// Returns the next chunk comes after the last action of this one.
 fn too_short(settings: &ChunkSettings, times: &ChunkTimes) -> Option<String> {
     let (lasts, needed) = (settings.horizon.duration(), times.oldest());
     let missing = needed

@@ -7,7 +7,7 @@ use ratelab_policy::{AnswerKind, Moment, PolicyFault, RowPolicy, RowShape};
 use super::{CartTerms, Policy};
 use crate::{Action, CONTROL_HZ, Observation};
 
-/// What a policy of the cart-pole sees, and answers with.
+/// Returns what a policy of the cart-pole sees, and answers with.
 pub(super) fn shape(terms: &CartTerms) -> RowShape {
     RowShape {
         sees: terms.size(),
@@ -40,7 +40,7 @@ impl FilePolicy {
         self.rows.answer(&self.seen)
     }
 
-    /// The answer to an observation, if its answers are of this kind.
+    /// Returns the answer to an observation, if its answers are of this kind.
     fn chunk(&mut self, observation: &Observation, kind: AnswerKind) -> Option<Vec<f32>> {
         let is_so = self.rows.kind() == kind;
         let single = |actions: &[f64]| actions.iter().map(|action| *action as f32).collect();

@@ -78,7 +78,7 @@ impl PolicySpec {
     }
 }
 
-/// An error; of a file that does not exist with the policies that have none.
+/// Returns an error; of a file that does not exist with the policies that have none.
 pub(super) fn with_names(error: PolicyError) -> PolicyError {
     if error.why == PolicyFault::Missing.to_string() {
         let why = format!("expected {EXPECTED}; {}", error.why);

@@ -56,7 +56,7 @@ impl Default for CartTerms {
 }
 
 impl CartTerms {
-    /// The numbers of an observation.
+    /// Returns the numbers of an observation.
     pub(super) fn size(&self) -> usize {
         self.0.len()
     }

@@ -64,7 +64,7 @@ pub(super) enum NoChain {
     Other(String),
 }
 
-/// The linear layers among `items`, each with its shape.
+/// Returns the linear layers among `items`, each with its shape.
 fn linear<'f>(items: &[StateItem<'f>]) -> Vec<(&'f str, [usize; 2])> {
     let weights = items.iter().filter_map(|item| {
         let name = item.name.strip_suffix("weight")?;
@@ -77,7 +77,7 @@ fn linear<'f>(items: &[StateItem<'f>]) -> Vec<(&'f str, [usize; 2])> {
     weights.collect()
 }
 
-/// The name and the number of a layer of a sequence.
+/// Returns the name and the number of a layer of a sequence.
 fn numbered(name: &str) -> Option<(&str, usize)> {
     let (stem, number) = name.rsplit_once('.').unwrap_or(("", name));
     Some((stem, number.parse().ok()?))
@@ -148,21 +148,23 @@ impl<'f> LayerChain<'f> {
         })
     }
 
-    /// Whether all its tensors are among `items`.
+    /// Returns whether all its tensors are among `items`.
     pub(super) fn is_whole(&self, items: &[StateItem<'_>]) -> bool {
         let has = |name: &str| items.iter().any(|item| item.name == name);
-        let mut layers = self.layers.iter();
-        layers.all(|layer| has(&format!("{}.bias", layer.name)))
+        self.layers
+            .iter()
+            .all(|layer| has(&format!("{}.bias", layer.name)))
     }
 
-    /// Whether a tensor is one of its layers.
+    /// Returns whether a tensor is one of its layers.
     pub(super) fn has(&self, tensor: &str) -> bool {
-        let mut parts = [".weight", ".bias"].into_iter();
-        let name = parts.find_map(|part| tensor.strip_suffix(part));
+        let name = [".weight", ".bias"]
+            .into_iter()
+            .find_map(|part| tensor.strip_suffix(part));
         name.is_some_and(|name| self.layers.iter().any(|layer| layer.name == name))
     }
 
-    /// Whether something called `name` is in its sequence, and no activation in it.
+    /// Returns whether something called `name` is in its sequence, and no activation in it.
     pub(super) fn is_changed_by(&self, name: &str, is_layer: bool) -> bool {
         let inner = match self.stem {
             "" => Some(name),

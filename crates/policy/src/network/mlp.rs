@@ -85,18 +85,18 @@ impl Mlp {
         })
     }
 
-    /// The same with another ending.
+    /// Returns the same with another ending.
     pub(super) fn ending(self, ending: Ending) -> Self {
         Self { ending, ..self }
     }
 
-    /// The same, known to choose, or not to.
+    /// Returns the same, known to choose, or not to.
     pub(super) fn choosing(self, chooses: bool) -> Self {
         let chooses = Some(chooses);
         Self { chooses, ..self }
     }
 
-    /// Whether its outputs are values of choices; `None` if nothing says it.
+    /// Returns whether its outputs are values of choices; `None` if nothing says it.
     pub fn chooses(&self) -> Option<bool> {
         self.chooses
     }
@@ -192,7 +192,10 @@ impl Mlp {
 
     /// Room for the outputs of all layers.
     pub(super) fn room(&self) -> Vec<Vec<f32>> {
-        let sizes = self.layers.iter().map(|layer| layer.bias.len());
-        sizes.map(|size| vec![0.0; size]).collect()
+        self.layers
+            .iter()
+            .map(|layer| layer.bias.len())
+            .map(|size| vec![0.0; size])
+            .collect()
     }
 }

@@ -94,9 +94,11 @@ fn text(value: &Value) -> &str {
     value.as_str().unwrap_or_default()
 }
 
-/// The numbers of an array of NumPy, as text.
+/// Returns the numbers of an array of NumPy, as text.
 fn numbers(text: &str) -> Vec<f32> {
-    let words = text.split(|c: char| c.is_whitespace() || "[],".contains(c));
-    let numbers = words.filter(|word| !word.is_empty()).map(str::parse);
-    numbers.collect::<Result<_, _>>().unwrap_or_default()
+    text.split(|c: char| c.is_whitespace() || "[],".contains(c))
+        .filter(|word| !word.is_empty())
+        .map(str::parse)
+        .collect::<Result<_, _>>()
+        .unwrap_or_default()
 }

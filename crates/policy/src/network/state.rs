@@ -78,7 +78,7 @@ impl<'f> StateItems<'f> {
         })
     }
 
-    /// Whether a policy is in it, with all its tensors.
+    /// Returns whether a policy is in it, with all its tensors.
     pub(super) fn has_policy(&self, settings: NetworkSettings) -> bool {
         let chain = self.chain(settings);
         chain.is_ok_and(|chain| chain.is_whole(&self.items))
@@ -96,7 +96,7 @@ impl<'f> StateItems<'f> {
         }
     }
 
-    /// The activation that a setting names.
+    /// Returns the activation that a setting names.
     ///
     /// # Errors
     /// [`WeightsError`] for one that is not computed here.
@@ -153,15 +153,18 @@ impl<'f> StateItems<'f> {
         // A layer with weights is named by these.
         let (layers, others): (Vec<_>, Vec<_>) = self.items.iter().partition(is_layer);
         let layers = layers.into_iter().filter(|_| !settings.is_in_model);
-        let mut items = others.into_iter().chain(layers);
-        items.find_map(unused).map_or(Ok(()), |(name, what)| {
-            let layers: Vec<&str> = chain.layers.iter().map(|layer| layer.name).collect();
-            Err(unfit(format!(
-                "expected nothing that changes the action beside {}, found {} ({what})",
-                layers.join(", "),
-                quoted(name)
-            )))
-        })
+        others
+            .into_iter()
+            .chain(layers)
+            .find_map(unused)
+            .map_or(Ok(()), |(name, what)| {
+                let layers: Vec<&str> = chain.layers.iter().map(|layer| layer.name).collect();
+                Err(unfit(format!(
+                    "expected nothing that changes the action beside {}, found {} ({what})",
+                    layers.join(", "),
+                    quoted(name)
+                )))
+            })
     }
 
     /// Returns the error for a tensor of the actor that is missing.

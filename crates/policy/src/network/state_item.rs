@@ -37,7 +37,7 @@ pub(super) enum StateKind<'f> {
 }
 
 impl StateKind<'_> {
-    /// What it is, in words.
+    /// Returns what it is, in words.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Tensor(_) => "a tensor",
@@ -50,7 +50,7 @@ impl StateKind<'_> {
     }
 }
 
-/// Whether something of this name has no part in the action.
+/// Returns whether something of this name has no part in the action.
 pub(super) fn is_beside(name: &str) -> bool {
     let name = name.to_lowercase();
     let has = |parts: &[&str]| parts.iter().any(|part| name.contains(part));

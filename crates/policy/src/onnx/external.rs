@@ -93,8 +93,11 @@ impl WholeGraph {
             return Ok(Self { content, digest });
         }
         let files = reader.files.values().map(|file| Digest::new(file));
-        let digests = [digest].into_iter().chain(files);
-        let lines: String = digests.map(|digest| format!("{digest}\n")).collect();
+        let lines: String = [digest]
+            .into_iter()
+            .chain(files)
+            .map(|digest| format!("{digest}\n"))
+            .collect();
         Ok(Self {
             content: whole,
             digest: Digest::new(lines.as_bytes()),

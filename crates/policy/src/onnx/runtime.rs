@@ -112,13 +112,15 @@ impl OnnxModel {
         let mut graph = self.asked(0);
         graph.seen.resize(sees, 0.0);
         let fits = self.shape(sees).is_some();
-        let answered = fits.then(|| graph.run()).and_then(Result::ok);
-        answered.map(|()| graph.answer.len()).ok_or_else(|| {
-            PolicyFault::Other(format!(
-                "expected a graph from float32[1, {sees}], found {}; {way_out}",
-                found()
-            ))
-        })
+        fits.then(|| graph.run())
+            .and_then(Result::ok)
+            .map(|()| graph.answer.len())
+            .ok_or_else(|| {
+                PolicyFault::Other(format!(
+                    "expected a graph from float32[1, {sees}], found {}; {way_out}",
+                    found()
+                ))
+            })
     }
 
     /// Creates a policy that runs the graph, whose answers have so many numbers.
@@ -136,7 +138,7 @@ impl OnnxModel {
         }
     }
 
-    /// The dimensions of an observation of so many numbers; `None` if they do not fit.
+    /// Returns the dimensions of an observation of so many numbers; `None` if they do not fit.
     fn shape(&self, sees: usize) -> Option<Vec<usize>> {
         let (last, before) = self.sees.split_last()?;
         let fits = last.is_none_or(|last| last == sees)
@@ -177,7 +179,8 @@ fn session(environment: &Environment, content: &[u8]) -> ort::Result<Session> {
         .commit_from_memory(content)
 }
 
-/// The dimensions of numbers in single precision: `None` for a size that is up to the caller.
+/// Returns the dimensions of numbers in single precision: `None` for a size that is up to the
+/// caller.
 fn dimensions(outlet: &Outlet) -> Option<Vec<Option<usize>>> {
     let ValueType::Tensor {
         ty: TensorElementType::Float32,
@@ -195,7 +198,7 @@ fn dimensions(outlet: &Outlet) -> Option<Vec<Option<usize>>> {
     )
 }
 
-/// The types of all inputs and outputs.
+/// Returns the types of all inputs and outputs.
 fn types(session: &Session) -> String {
     let list = |outlets: &[Outlet]| {
         let types: Vec<String> = outlets.iter().map(|o| o.dtype().to_string()).collect();

@@ -37,7 +37,7 @@ impl RowPolicy for RecordedPolicy {
         self.moment = moment;
     }
 
-    /// The actions are the last numbers of the message, which is an action or a chunk.
+    /// Returns the actions are the last numbers of the message, which is an action or a chunk.
     fn answer(&mut self, _: &[f64]) -> &[f64] {
         let answer = self.answers.get(&self.moment.now);
         let row = answer.and_then(|answer| answer.as_ref().ok());
@@ -101,9 +101,10 @@ mod linux {
     pub fn kill_all(mark: &[u8]) {
         for _ in 0..LOOKS {
             let all = fs::read_dir("/proc").into_iter().flatten().flatten();
-            let names = all.filter_map(|entry| entry.file_name().to_str()?.parse().ok());
-            let pids = names.filter_map(Pid::from_raw);
-            let killed = pids.filter(|pid| kill_marked(*pid, mark).is_ok());
+            let killed = all
+                .filter_map(|entry| entry.file_name().to_str()?.parse().ok())
+                .filter_map(Pid::from_raw)
+                .filter(|pid| kill_marked(*pid, mark).is_ok());
             if killed.count() == 0 {
                 return;
             }

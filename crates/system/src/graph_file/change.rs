@@ -79,6 +79,16 @@ pub fn changed(text: &str, change: &str) -> Result<ChangedFile, ChangeError> {
 /// them.
 fn make_room(node: &mut Table, name: &str, change: &Value) -> Vec<String> {
     let mut left_out = Vec::new();
+    let others = node.remove("or");
+    let others = others.iter().filter_map(Value::as_array).flatten();
+    let others: Vec<Table> = others.map(keys_of).collect();
+    let others: Vec<Value> = others
+        .into_iter()
+        .filter_map(|other| read_anew(node, other, change))
+        .collect();
+    if !others.is_empty() {
+        node.insert("or".to_owned(), Value::Array(others));
+    }
     let mut leave_out = |node: &mut Table, key: &str| {
         let value = node.remove(key)?;
         left_out.push(format!("node.{name}.{key} = {value}"));
@@ -114,6 +124,68 @@ fn make_room(node: &mut Table, name: &str, change: &Value) -> Vec<String> {
         _ => {}
     }
     left_out
+}
+
+/// Returns the `other` reading of `node` after `change`. If that changes what only the other
+/// reading has, the node is as that has it: a rate is changed of a timer, a trigger takes the place
+/// of one.
+fn read_anew(node: &mut Table, mut other: Table, change: &Value) -> Option<Value> {
+    let [to_rate, to_trigger] = ["rate", "trigger"].map(|key| change.get(key).is_some());
+    let is_kind = other.contains_key("takes")
+        && (other.contains_key("rate") || other.contains_key("trigger"));
+    if is_kind && (to_rate || to_trigger) {
+        if node.contains_key("trigger") && change.get("takes").is_none() {
+            // Its costs as a timer lack the wait for a tick.
+            other.retain(|key, _| key == "takes" || to_rate && key != "rate");
+            let most = node.get("takes").map(|takes| format!("takes = {takes}"));
+            node.extend(other);
+            return most.map(Value::String);
+        }
+        return None;
+    }
+    if to_rate && other.contains_key("rate") {
+        return None;
+    }
+    if to_trigger {
+        other.retain(|key, _| key == "takes");
+    }
+    scale(&mut other, node.get("takes"), change.get("takes"));
+    let keys = other.iter().map(|(key, value)| format!("{key} = {value}"));
+    let keys: Vec<String> = keys.collect();
+    (!keys.is_empty()).then(|| Value::String(keys.join(", ")))
+}
+
+/// Returns the keys of another reading.
+fn keys_of(other: &Value) -> Table {
+    let keys = format!("or = {{ {} }}", other.as_str().unwrap_or_default()).parse::<Table>();
+    match keys.unwrap_or_default().remove("or") {
+        Some(Value::Table(keys)) => keys,
+        _ => Table::new(),
+    }
+}
+
+/// Scales the costs of the `other` reading of a node whose costs change from `old` to a multiple.
+fn scale(other: &mut Table, old: Option<&Value>, new: Option<&Value>) {
+    let number = |value: &Value| match value {
+        Value::Integer(whole) => Some(*whole as f64),
+        value => value.as_float(),
+    };
+    let factor = |old: &Value, new: &Value| match (old.as_str(), new.as_str()) {
+        (Some(old), Some(new)) => {
+            let times = new.strip_suffix(old)?.trim().strip_suffix('*')?;
+            times.trim().parse().ok()
+        }
+        _ => Some(number(new)? / number(old)?),
+    };
+    let factor: Option<f64> = old.zip(new).and_then(|(old, new)| factor(old, new));
+    let Some((factor, costs)) = factor.zip(other.get_mut("takes")) else {
+        return;
+    };
+    *costs = match (number(costs), &*costs) {
+        (Some(ms), _) => Value::Float(ms * factor),
+        (None, Value::String(text)) => Value::String(format!("{factor} * {text}")),
+        (None, other) => other.clone(),
+    };
 }
 
 /// The kinds of executors with callback groups that are tried.

@@ -201,6 +201,12 @@ fn node(block: &Block, divided: Option<Hz>, all: &mut Vec<PlacedKnob>) -> Checke
         let what = format!("{:?} ticks at a rate: leave every out", block.name.text);
         return refuse(at, what);
     }
+    for other in block.list("or") {
+        if let Err(why) = format!("or = {{ {} }}", other.text).parse::<toml::Table>() {
+            let what = format!("or: {:?} has no keys: {}", other.text, why.message());
+            return refuse(other.at, what);
+        }
+    }
     let only_new = block.text("only_new").filter(|flag| flag.text == "true");
     if let Some(flag) = only_new.filter(|_| reads.is_empty()) {
         let what = format!("{:?} reads nothing: leave only_new out", block.name.text);
@@ -384,7 +390,7 @@ fn chain(block: &Block, file: &GraphFile) -> Checked<ChainSpec> {
 /// Returns the ages that a bag had.
 fn bag_ages(block: &Block) -> Checked<Option<BagAges>> {
     let Some(mean_ms) = block.number("bag_mean_ms") else {
-        let others = ["bag_p99_ms", "unsure"].into_iter();
+        let others = ["bag_p99_ms", "unsure", "open"].into_iter();
         return match others.filter_map(|key| Some((key, block.at(key)?))).next() {
             Some((key, at)) => refuse(at, format!("{key} without bag_mean_ms: add that")),
             None => Ok(None),
@@ -394,6 +400,7 @@ fn bag_ages(block: &Block) -> Checked<Option<BagAges>> {
         mean_ms,
         p99_ms: block.number("bag_p99_ms"),
         unsure: block.text("unsure").map(|why| why.text.clone()),
+        open: block.text("open").map(|why| why.text.clone()),
     }))
 }
 

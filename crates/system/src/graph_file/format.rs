@@ -205,6 +205,11 @@ pub const SECTIONS: [FileSection; 9] = [
                 "Only the first of so many triggers makes it tick, as in a throttle [default: 1]",
             ),
             optional(
+                "or",
+                List(r#"keys in quotes, such as ["rate = 10, offset = 3"]"#),
+                "Its other readings, where a bag does not tell which is right: runs with a change try each",
+            ),
+            optional(
                 "only_new",
                 Flag,
                 "Whether a node at a rate publishes only if it read another header stamp than in the tick before [default: false]",
@@ -359,6 +364,11 @@ pub const SECTIONS: [FileSection; 9] = [
                 "unsure",
                 Text("a text"),
                 "What the bag could not tell: ages of the graph with a change rest on it",
+            ),
+            optional(
+                "open",
+                Text("a text"),
+                "What the bag could not tell, but runs with a change try",
             ),
         ],
         one_of: &[],

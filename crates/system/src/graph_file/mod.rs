@@ -51,6 +51,7 @@ mod insertion;
 mod load;
 mod names;
 mod plant;
+mod readings;
 mod stamp;
 mod system;
 mod wiring;
@@ -65,6 +66,7 @@ pub use change::{ChangeError, ChangedFile, KeyChange, changed};
 pub use error::GraphFileError;
 use error::{GraphRefusal, Placed, holds};
 pub use plant::{PLANT, PLANT_POLICIES, PlantSpec};
+pub use readings::{BagReading, doubted, readings};
 pub use system::GraphSystem;
 
 /// The longest text (bytes).

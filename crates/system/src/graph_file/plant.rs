@@ -89,8 +89,11 @@ impl PlantSpec {
             Some((key, [block.at(key)?].into_iter().chain(items).collect()))
         });
         let texts = |key| {
-            let items = block.list(key).iter();
-            items.map(|item| item.text.clone()).collect()
+            block
+                .list(key)
+                .iter()
+                .map(|item| item.text.clone())
+                .collect()
         };
         let spec = Self {
             mjcf: text("mjcf").unwrap_or_default(),

@@ -99,7 +99,7 @@ fn metadata(machine: &Machine) -> Result<Metadata, Error> {
     Ok(command.exec()?)
 }
 
-/// The metadata covers all crates of the workspace; the tree covers the crates of this
+/// Returns the metadata covers all crates of the workspace; the tree covers the crates of this
 /// program.
 fn linked(machine: &Machine) -> Result<Vec<Package>, Error> {
     let tree = tree(machine).ok_or_else(|| Error::silent("cargo tree", "crates"))?;

@@ -55,10 +55,13 @@ pub(super) fn archive(content: &[u8]) -> Result<ZipArchive<Cursor<&[u8]>>, Weigh
     ZipArchive::with_config(config, Cursor::new(content)).map_err(|why| no_zip(&one_line(why)))
 }
 
-/// The names of all entries.
+/// Returns the names of all entries.
 pub(super) fn names(archive: &ZipArchive<Cursor<&[u8]>>) -> Vec<String> {
-    let names = archive.file_names().filter_map(Result::ok);
-    names.map(|name| name.to_string()).collect()
+    archive
+        .file_names()
+        .filter_map(Result::ok)
+        .map(|name| name.to_string())
+        .collect()
 }
 
 /// Returns the content of the entry `path`.

@@ -445,7 +445,7 @@ fn size(number: i64) -> PickleResult<usize> {
     usize::try_from(number).or_else(|_| nonsense(format!("{number} for a size")))
 }
 
-/// Names the instructions typical of harmful pickles, and gives the others as numbers.
+/// Returns the names the instructions typical of harmful pickles, and gives the others as numbers.
 fn instruction_name(instruction: u8) -> String {
     match instruction {
         b'i' => "INST".to_owned(),

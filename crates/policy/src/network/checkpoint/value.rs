@@ -118,11 +118,14 @@ impl TensorView<'_> {
     /// Returns the index in the storage of element `index`, counted row by row; `None` on overflow.
     pub(super) fn place(&self, index: usize) -> Option<usize> {
         let mut rest = index;
-        let mut dimensions = self.shape.iter().zip(&self.strides).rev();
-        dimensions.try_fold(self.offset, |place, (size, stride)| {
-            let at = rest.checked_rem(*size)?;
-            rest /= size;
-            place.checked_add(at.checked_mul(*stride)?)
-        })
+        self.shape
+            .iter()
+            .zip(&self.strides)
+            .rev()
+            .try_fold(self.offset, |place, (size, stride)| {
+                let at = rest.checked_rem(*size)?;
+                rest /= size;
+                place.checked_add(at.checked_mul(*stride)?)
+            })
     }
 }

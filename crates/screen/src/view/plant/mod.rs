@@ -217,7 +217,7 @@ impl<'t> Drawing<'t> {
         Pen { style: cell, ascii }
     }
 
-    /// A limit is dashed; the subject is two dots thick.
+    /// Returns a limit is dashed; the subject is two dots thick.
     fn line(&self, style: Style, line: Stroke) -> Vec<Stroke> {
         let [x1, y1, x2, y2] = line;
         let dots = [(x2 - x1) / self.dot[0], (y2 - y1) / self.dot[1]].map(f64::abs);
@@ -333,18 +333,22 @@ fn followed(begin: f64, [from, to]: [f64; 2], focus: f64, span: f64, dot: f64) -
 /// Left, bottom, right and top of the robot; `None` where its place is unknown.
 fn extent(picture: &Picture) -> Option<[f64; 4]> {
     let is_robot = |style: &Style| matches!(style, Style::Body | Style::Subject);
-    let shapes = picture.shapes.iter().filter(|(style, _)| is_robot(style));
-    let corners = shapes.flat_map(|(_, shape)| match shape {
-        Shape::Segment { from, to } => vec![*from, *to],
-        Shape::Box { centre, half, .. } => around(*centre, half[0].hypot(half[1])),
-        Shape::Circle { centre, radius } => around(*centre, *radius),
-        Shape::Outline { corners } => corners.clone(),
-        Shape::Label { .. } => Vec::new(),
-    });
-    let extents = corners.map(|[x, y]| [x, y, x, y]);
-    let all = extents.reduce(|[left, bottom, right, top], [x1, y1, x2, y2]| {
-        [left.min(x1), bottom.min(y1), right.max(x2), top.max(y2)]
-    });
+    let corners = picture
+        .shapes
+        .iter()
+        .filter(|(style, _)| is_robot(style))
+        .flat_map(|(_, shape)| match shape {
+            Shape::Segment { from, to } => vec![*from, *to],
+            Shape::Box { centre, half, .. } => around(*centre, half[0].hypot(half[1])),
+            Shape::Circle { centre, radius } => around(*centre, *radius),
+            Shape::Outline { corners } => corners.clone(),
+            Shape::Label { .. } => Vec::new(),
+        });
+    let all = corners.map(|[x, y]| [x, y, x, y]).reduce(
+        |[left, bottom, right, top], [x1, y1, x2, y2]| {
+            [left.min(x1), bottom.min(y1), right.max(x2), top.max(y2)]
+        },
+    );
     all.filter(|extent| extent.iter().all(|number| number.is_finite()))
 }
 

@@ -17,6 +17,7 @@ use ratelab_system::{MAX_CHAINS, graph_file::GraphFile};
 
 use orders::{ThreadOrder, nearest};
 use sheet::{GraphSheet, ValueTable, node_name, number};
+use unsure::OpenQuestions;
 
 use crate::{
     error::Error,
@@ -97,7 +98,7 @@ pub fn graph(
     draft.sheet.finish(seconds)
 }
 
-/// The nodes, each after what it reads.
+/// Returns the nodes, each after what it reads.
 fn in_order(analysis: &Analysis) -> Vec<&BagNode> {
     let depth = |node: &&BagNode| {
         let chain = analysis.chain(node.topic);
@@ -120,17 +121,17 @@ impl Draft<'_> {
         }
     }
 
-    /// The name of a topic in quotes.
+    /// Returns the name of a topic in quotes.
     fn quoted(&self, topic: usize) -> String {
         sheet::quoted(&self.names[topic].0)
     }
 
-    /// The name of the node that publishes a topic: that of the topic.
+    /// Returns the name of the node that publishes a topic: that of the topic.
     fn name(&self, topic: usize) -> String {
         self.names[topic].1.clone()
     }
 
-    /// The readers of a topic.
+    /// Returns the readers of a topic.
     fn readers(&self, topic: usize) -> impl Iterator<Item = &BagNode> {
         self.analysis.nodes.iter().filter(move |node| {
             let input = node.input.as_ref();
@@ -138,10 +139,15 @@ impl Draft<'_> {
         })
     }
 
-    /// All topics that the node of `topic` publishes.
+    /// Returns all topics that the node of `topic` publishes.
     fn published(&self, topic: usize) -> String {
-        let leaders = self.analysis.relations.leaders.iter().enumerate();
-        let led = leaders.filter(|(other, leader)| **leader == topic && *other != topic);
+        let led = self
+            .analysis
+            .relations
+            .leaders
+            .iter()
+            .enumerate()
+            .filter(|(other, leader)| **leader == topic && *other != topic);
         let all: Vec<String> = std::iter::once(topic)
             .chain(led.map(|(other, _)| other))
             .map(|topic| self.quoted(topic))
@@ -184,6 +190,9 @@ impl Draft<'_> {
                 ));
             }
             let mut lines = vec![format!("\n[topic.{}]", self.quoted(topic))];
+            if depth == 1 && self.readers(topic).any(reader::is_short) {
+                lines.push("depth = 1   # a newer one took the place of what waited".to_owned());
+            }
             if depth > 1 {
                 lines.push(format!("depth = {depth}   # so many waited in the bag"));
             }
@@ -244,8 +253,10 @@ impl Draft<'_> {
                 format!("bag_mean_ms = {mean:.3}"),
                 format!("bag_p99_ms = {p99:.3}"),
             ];
-            let unsure = unsure::reason(self.analysis, chain);
-            lines.extend(unsure.map(|why| format!("unsure = {}", sheet::quoted(&why))));
+            let OpenQuestions { unsure, open } = OpenQuestions::new(self.analysis, chain);
+            for (key, why) in [("unsure", unsure), ("open", open)] {
+                lines.extend(why.map(|why| format!("{key} = {}", sheet::quoted(&why))));
+            }
             lines.iter().for_each(|line| self.sheet.line(line));
         }
     }
@@ -259,11 +270,12 @@ pub fn write(path: &Path, from: &Path, edges: &[String]) -> Result<(), Error> {
         refuse_existing("new", new)?;
     }
     let bag = reading::read_bag(from)?;
-    let analysis = Analysis::with_edges(&bag, &edges_of(&bag, edges)?);
+    let mut analysis = Analysis::with_edges(&bag, &edges_of(&bag, edges)?);
     let name = node_name(&path.file_stem().unwrap_or_default().to_string_lossy());
     let data = folder.file_name().unwrap_or_default().to_string_lossy();
-    let graph = |orders: &[ThreadOrder]| graph(&bag, &analysis, &name, &data, orders);
-    let graph = nearest(&analysis, graph);
+    let graph =
+        |analysis: &Analysis, orders: &[ThreadOrder]| graph(&bag, analysis, &name, &data, orders);
+    let graph = nearest(&mut analysis, graph);
     if !graph.text.contains("\n[node.") {
         let why = "no node can be made of this bag: its topics need header stamps and a rate";
         return Err(Error::BadInput(format!("--from {}: {why}", from.display())));
@@ -279,7 +291,7 @@ pub fn write(path: &Path, from: &Path, edges: &[String]) -> Result<(), Error> {
     reading::if_damaged(&bag)
 }
 
-/// The edges that the user named, by topic.
+/// Returns the edges that the user named, by topic.
 fn edges_of(bag: &Bag, edges: &[String]) -> Result<Vec<NamedEdge>, Error> {
     let edge = |text: &String| {
         let edge: Result<NamedEdge, BagError> = NamedEdge::parse(bag, text);
@@ -312,7 +324,7 @@ fn write_all(path: &Path, folder: &Path, graph: &GraphOfBag) -> Result<(), Error
     Ok(())
 }
 
-/// How the graph is run.
+/// Returns how the graph is run.
 fn said(path: &Path, graph: &GraphOfBag) -> String {
     let (file, program) = (shown(path), program::name());
     let seconds = number(graph.seconds);

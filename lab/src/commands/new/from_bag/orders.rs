@@ -1,9 +1,10 @@
-//! The order in which nodes of one thread register, which no bag shows: all are run.
+//! What no bag shows is tried: the order in which nodes of one thread register, and which of two readings
+//! is right.
 
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{ClockKind, Time, millis};
-use ratelab_bag::{Analysis, Kind};
+use ratelab_bag::{Analysis, BagNode, Kind};
 use ratelab_experiment::{Config, Experiment};
 use ratelab_system::{System, graph_file::GraphFile, measured::loaded};
 
@@ -11,6 +12,12 @@ use super::{GraphOfBag, sheet::ValueTable};
 
 /// The most nodes of a thread whose orders are run.
 const MOST: usize = 4;
+
+/// The difference of ages from which on another reading is tried.
+const FAR: f64 = 0.02;
+
+/// A kind that is less sure may be another one.
+const DOUBTFUL: f64 = 0.75;
 
 /// The nodes of a thread as they register, by topic.
 #[derive(Clone)]
@@ -21,20 +28,24 @@ pub struct ThreadOrder {
     pub topics: Vec<usize>,
 }
 
-/// Of the graphs that `graph` writes the one whose ages are nearest to those of the bag.
-pub fn nearest(analysis: &Analysis, graph: impl Fn(&[ThreadOrder]) -> GraphOfBag) -> GraphOfBag {
+/// Of the graphs that `graph` writes the one whose ages are nearest to those of the bag: by the orders
+/// on shared threads, and by both readings of nodes that may be timers or triggered.
+pub fn nearest(
+    analysis: &mut Analysis,
+    graph: impl Fn(&Analysis, &[ThreadOrder]) -> GraphOfBag,
+) -> GraphOfBag {
     let mut orders: Vec<ThreadOrder> = analysis
         .shared
         .iter()
         .map(|topics| usual(analysis, topics))
         .collect();
-    let mut best = graph(&orders);
-    let mut least = difference(analysis, &best);
+    let mut best = graph(analysis, &orders);
+    let mut least = difference(&best);
     for thread in 0..orders.len() {
         for order in others(&orders[thread]) {
             let known = std::mem::replace(&mut orders[thread], order);
-            let found = graph(&orders);
-            let far = difference(analysis, &found);
+            let found = graph(analysis, &orders);
+            let far = difference(&found);
             if far < least {
                 (best, least) = (found, far);
             } else {
@@ -42,7 +53,29 @@ pub fn nearest(analysis: &Analysis, graph: impl Fn(&[ThreadOrder]) -> GraphOfBag
             }
         }
     }
+    for place in 0..analysis.nodes.len() {
+        let other = other_kind(&analysis.nodes[place]).filter(|_| least > FAR);
+        let Some(other) = other else { continue };
+        let known = std::mem::replace(&mut analysis.nodes[place].kind, other);
+        let found = graph(analysis, &orders);
+        let far = difference(&found);
+        if far < least / 2.0 {
+            (best, least) = (found, far);
+        } else {
+            analysis.nodes[place].kind = known;
+        }
+    }
     best
+}
+
+/// Returns what a node may be as well.
+fn other_kind(node: &BagNode) -> Option<Kind> {
+    node.input.as_ref()?.timed?;
+    match node.kind {
+        Kind::Timer if node.confidence < DOUBTFUL => Some(Kind::Trigger),
+        Kind::Trigger if node.confidence < DOUBTFUL => Some(Kind::Timer),
+        _ => None,
+    }
 }
 
 /// Timers first, as rclcpp looks for them.
@@ -58,7 +91,7 @@ fn usual(analysis: &Analysis, topics: &[usize]) -> ThreadOrder {
     }
 }
 
-/// All other orders, and an executor that follows the order of events.
+/// Returns all other orders, and an executor that follows the order of events.
 fn others(first: &ThreadOrder) -> Vec<ThreadOrder> {
     if first.topics.len() > MOST {
         return Vec::new();
@@ -71,32 +104,34 @@ fn others(first: &ThreadOrder) -> Vec<ThreadOrder> {
         kind: "events",
         topics: first.topics.clone(),
     };
-    let orders = permutations(&first.topics).into_iter().skip(1);
-    orders.map(single).chain([events]).collect()
+    permutations(&first.topics)
+        .into_iter()
+        .skip(1)
+        .map(single)
+        .chain([events])
+        .collect()
 }
 
 fn permutations(of: &[usize]) -> Vec<Vec<usize>> {
     if of.is_empty() {
         return vec![Vec::new()];
     }
-    let firsts = of.iter().enumerate();
-    let all = firsts.flat_map(|(place, first)| {
+    let all = of.iter().enumerate().flat_map(|(place, first)| {
         let rest = [&of[..place], &of[place + 1..]].concat();
-        let rests = permutations(&rest).into_iter();
-        rests.map(|rest| [vec![*first], rest].concat())
+        permutations(&rest)
+            .into_iter()
+            .map(|rest| [vec![*first], rest].concat())
     });
     all.collect()
 }
 
-/// How far the mean ages of the graph are from those of the bag; infinite if it does not run.
-fn difference(analysis: &Analysis, graph: &GraphOfBag) -> f64 {
-    if analysis.shared.is_empty() {
-        return 0.0;
-    }
+/// Returns how far the mean ages of the graph are from those of the bag; infinite if it does not
+/// run.
+fn difference(graph: &GraphOfBag) -> f64 {
     differences(graph).map_or(f64::INFINITY, |all| all.iter().sum())
 }
 
-/// How far the mean age of each chain is from that of the bag.
+/// Returns how far the mean age of each chain is from that of the bag.
 fn differences(graph: &GraphOfBag) -> Option<Vec<f64>> {
     let column = |file: &str| {
         let name = file.rsplit('/').next().unwrap_or(file);
@@ -124,8 +159,12 @@ fn differences(graph: &GraphOfBag) -> Option<Vec<f64>> {
     Some(far.collect())
 }
 
-/// The durations in a table.
+/// Returns the durations in a table.
 fn durations(table: &ValueTable) -> Vec<Duration> {
-    let lines = table.text.lines().skip(1);
-    lines.filter_map(|line| millis::parse(line).ok()).collect()
+    table
+        .text
+        .lines()
+        .skip(1)
+        .filter_map(|line| millis::parse(line).ok())
+        .collect()
 }

@@ -1,20 +1,23 @@
 //! Nodes that read: triggered by messages, or timers.
 
-use ratelab_bag::{BagNode, InputOfNode, Kind, Timed, TimerRun};
+use ratelab_bag::{BagNode, InputOfNode, Kind, Timed, TimerRun, Triggered};
 
 use super::{
     Draft, NO_REPEATS,
-    sheet::{nine_digits, number},
+    sheet::{self, nine_digits, number},
     unsure,
 };
 
 /// The part of a period by which a tick may wait for what it read in the bag.
 const SLIGHTLY_LATE: f64 = 0.05;
 
+/// The part of a period from which on the phase of a timer is not known.
+const UNKNOWN: f64 = 0.04;
+
 /// The mean interval of its outputs, in periods, from which on some ticks have none.
 const SOME_MISSING: f64 = 1.02;
 
-/// The part of the inputs of a node that it lost on its way to it.
+/// Returns the part of the inputs of a node that it lost on its way to it.
 pub(super) fn lost(node: &BagNode) -> f64 {
     let Some(input) = &node.input else { return 0.0 };
     match (node.kind, input.timed) {
@@ -23,7 +26,7 @@ pub(super) fn lost(node: &BagNode) -> f64 {
     }
 }
 
-/// The depth of the queue that a node reads from.
+/// Returns the depth of the queue that a node reads from.
 pub(super) fn depth(node: &BagNode) -> usize {
     let Some(input) = node.input.as_ref().filter(|_| node.kind == Kind::Trigger) else {
         return 1;
@@ -35,6 +38,21 @@ pub(super) fn depth(node: &BagNode) -> usize {
         return 1;
     }
     steps.iter().map(|step| step.backlog + 1).max().unwrap_or(1)
+}
+
+/// Returns whether a triggered node shows that no second message waits for it.
+pub(super) fn is_short(node: &BagNode) -> bool {
+    const SOME: f64 = 0.02;
+    let Some(Triggered {
+        steps,
+        left_out,
+        idle,
+        ..
+    }) = node.input.as_ref().map(|input| &input.triggered)
+    else {
+        return false;
+    };
+    node.kind == Kind::Trigger && *left_out as f64 > (SOME + idle) * steps.len() as f64
 }
 
 impl Draft<'_> {
@@ -81,42 +99,126 @@ impl Draft<'_> {
                     timed.period / 1e6
                 ));
                 if node.confidence < unsure::SURE {
-                    self.sheet.line(&format!(
-                        "# or a timer, run both: --with 'node.{name} = {{ rate = {}, offset = {} }}'",
-                        nine_digits(1e9 / timed.period),
-                        number(self.offset(node, timed) / 1e6)
-                    ));
+                    let other = self.reading(&format!("{name}.timer"), node, input, timed);
+                    self.others(&[other]);
                 }
             }
             _ => self.sheet.line(&format!(
                 "trigger = [{parent}]   # within {spread:.2} ms after the input, on no grid; {sure}"
             )),
         }
+        let costs = self.costs(&name, node);
+        if costs != "takes = 0" {
+            self.sheet.line(&costs);
+        }
+    }
+
+    fn timed(&mut self, node: &BagNode, input: &InputOfNode, timed: Timed) {
+        let name = self.name(node.topic);
+        let mut is_only_new = false;
+        for (key, why) in self.timer_keys(&name, node, input, timed) {
+            is_only_new |= key.starts_with("only_new");
+            if key == "takes = 0" {
+                continue;
+            }
+            let why = (!why.is_empty()).then(|| format!("   # {why}"));
+            self.sheet
+                .line(&format!("{key}{}", why.unwrap_or_default()));
+        }
+        let parent = self.quoted(input.parent);
+        self.sheet.line(&format!("reads = [{parent}]"));
+        let mut others = Vec::new();
+        if node.confidence < unsure::SURE {
+            let costs = self.costs(&format!("{name}.trigger"), node);
+            others.push(format!("trigger = [{parent}], {costs}"));
+        }
+        let latest = (timed.spread as f64).min(timed.known_to) / 2.0;
+        if timed.known_to > UNKNOWN * timed.period && !timed.is_late {
+            let earliest = Timed {
+                phase: timed.phase + latest - timed.known_to,
+                ..timed
+            };
+            others.push(self.reading(&format!("{name}.early"), node, input, earliest));
+        }
+        if input.triggered.repeats < NO_REPEATS {
+            let times = self.most_ticks(node, input, timed);
+            let rate = nine_digits(f64::from(times) * 1e9 / timed.period);
+            match (times, is_only_new) {
+                (1, true) => {}
+                (1, false) => others.push("only_new = true".to_owned()),
+                _ => others.push(format!("rate = {rate}, only_new = true")),
+            }
+        }
+        self.others(&others);
+    }
+
+    /// Returns how many times as often a timer may tick that is silent without new data: it leaves
+    /// out no input, and none waited longer for its tick.
+    fn most_ticks(&self, node: &BagNode, input: &InputOfNode, timed: Timed) -> u32 {
+        const MOST: u32 = 10;
+        if timed.is_late || input.triggered.left_out * 20 > input.triggered.steps.len() {
+            return 1;
+        }
+        let outputs = self.analysis.found().outputs(node);
+        let mut waits: Vec<f64> = outputs
+            .iter()
+            .flat_map(|outputs| outputs.runs(timed))
+            .map(|run| run.tick - run.reads.0)
+            .collect();
+        waits.sort_by(f64::total_cmp);
+        let longest = waits.get(waits.len() * 98 / 100).copied();
+        let longest = longest.unwrap_or(timed.period);
+        let mut times = (2..=MOST).rev();
+        let fits = |times: &u32| longest < timed.period / f64::from(*times);
+        times.find(fits).unwrap_or(1)
+    }
+
+    /// Writes the other readings of a node.
+    fn others(&mut self, others: &[String]) {
+        let others: Vec<String> = others.iter().map(|keys| sheet::quoted(keys)).collect();
+        if !others.is_empty() {
+            let others = others.join(", ");
+            self.sheet
+                .line(&format!("or = [{others}]   # runs with a change try each"));
+        }
+    }
+
+    /// Returns the keys of a node as such a timer, but for a rate that it has.
+    fn reading(&mut self, name: &str, node: &BagNode, input: &InputOfNode, timed: Timed) -> String {
+        self.timer_keys(name, node, input, timed)
+            .into_iter()
+            .filter(|(key, _)| node.kind != Kind::Timer || !key.starts_with("rate"))
+            .map(|(key, _)| key)
+            .collect::<Vec<_>>()
+            .join(", ")
+    }
+
+    /// Returns the costs of a node as a triggered one, with their key.
+    fn costs(&mut self, name: &str, node: &BagNode) -> String {
         let costs: Vec<f64> = node
             .costs()
             .into_iter()
             .map(|cost| cost.max(0) as f64 / 1e6)
             .collect();
-        if let Some(takes) = self.sheet.values(&name, "takes", &costs) {
-            self.sheet.line(&format!("takes = {takes}"));
-        }
+        let takes = self.sheet.values(name, "takes", &costs);
+        format!("takes = {}", takes.unwrap_or("0".to_owned()))
     }
 
-    /// When the first tick of a timer is due in the file (ns).
-    fn offset(&self, node: &BagNode, timed: Timed) -> f64 {
-        let events = &self.analysis.series[node.topic].events;
-        let first = events.first().copied().unwrap_or(0) as f64;
-        (first + timed.phase - self.zero as f64).rem_euclid(timed.period)
-    }
-
-    fn timed(&mut self, node: &BagNode, input: &InputOfNode, timed: Timed) {
-        let name = self.name(node.topic);
+    /// Returns the keys of a node as a timer, each with its evidence; its tables are called after
+    /// `name`.
+    fn timer_keys(
+        &mut self,
+        name: &str,
+        node: &BagNode,
+        input: &InputOfNode,
+        timed: Timed,
+    ) -> Vec<(String, String)> {
         let events = &self.analysis.series[node.topic].events;
         let first = events.first().copied().unwrap_or(0) as f64;
         let zero = self.zero as f64;
-        let mut offset = self.offset(node, timed);
+        let mut offset = (first + timed.phase - zero).rem_euclid(timed.period);
         let Some(outputs) = self.analysis.found().outputs(node) else {
-            return;
+            return Vec::new();
         };
         let runs: Vec<TimerRun> = outputs.runs(timed).collect();
         let waited = runs.iter().filter(|run| run.start > run.tick + 1.0);
@@ -130,7 +232,7 @@ impl Draft<'_> {
             early: 0.0,
         };
         let mut ticks = TimerTicks::new(&runs, grid);
-        grid.early = ticks.too_new(&grid, runs.len());
+        grid.early = ticks.too_new(&grid, (1.0 - timed.holds) * runs.len() as f64, runs.len());
         if grid.early > 0.0 {
             offset = (offset - grid.early).rem_euclid(timed.period);
             grid.origin = offset + zero - first;
@@ -138,33 +240,39 @@ impl Draft<'_> {
         }
         let repeats = 100.0 * input.triggered.repeats;
         let idle = 100.0 * input.triggered.idle;
-        self.sheet.line(&format!(
-            "rate = {}   # {repeats:.0} % of its outputs repeat a stamp, {idle:.0} % of the steps leave out an \
-             input that came while the node was idle; sure to {:.0} %",
-            nine_digits(1e9 / timed.period),
-            node.confidence * 100.0
-        ));
-        self.sheet.line(&format!(
-            "offset = {}   # read phase known to {} ms",
-            number(offset / 1e6),
-            number(timed.known_to / 1e6)
-        ));
-        if let Some(takes) = self.sheet.values(&name, "takes", &ticks.takes) {
-            self.sheet.line(&format!("takes = {takes}"));
-        }
-        if let Some(wakes) = self.sheet.values(&name, "wakes", &ticks.wakes) {
-            self.sheet.line(&format!("wakes = {wakes}"));
-        }
+        let rate = nine_digits(1e9 / timed.period);
+        let sure = node.confidence * 100.0;
+        let takes = self.sheet.values(name, "takes", &ticks.takes);
+        let mut keys = vec![
+            (
+                format!("rate = {rate}"),
+                format!(
+                    "{repeats:.0} % of its outputs repeat a stamp, {idle:.0} % of the steps leave out an input that \
+                     came while the node was idle; sure to {sure:.0} %"
+                ),
+            ),
+            (
+                format!("offset = {}", number(offset / 1e6)),
+                format!("read phase known to {} ms", number(timed.known_to / 1e6)),
+            ),
+            (
+                format!("takes = {}", takes.unwrap_or("0".to_owned())),
+                String::new(),
+            ),
+        ];
+        let wakes = self.sheet.values(name, "wakes", &ticks.wakes);
+        keys.extend(wakes.map(|wakes| (format!("wakes = {wakes}"), String::new())));
         if is_queue {
-            self.sheet.line("late = \"queue:1\"");
+            keys.push(("late = \"queue:1\"".to_owned(), String::new()));
         }
-        let parent = self.quoted(input.parent);
-        self.sheet.line(&format!("reads = [{parent}]"));
         let mean = outputs.mean_interval();
         if input.triggered.repeats < NO_REPEATS && mean > SOME_MISSING * timed.period {
-            self.sheet
-                .line("only_new = true   # no stamp is there twice, and some ticks have no output");
+            keys.push((
+                "only_new = true".to_owned(),
+                "no stamp is there twice, and some ticks have no output".to_owned(),
+            ));
         }
+        keys
     }
 }
 
@@ -187,7 +295,7 @@ impl TimerGrid {
         self.origin + number * self.period
     }
 
-    /// The number of the next tick after `number`, of a node that is free from `free` on.
+    /// Returns the number of the next tick after `number`, of a node that is free from `free` on.
     fn next(self, number: f64, free: f64) -> f64 {
         let passed = (free - self.origin) / self.period;
         let passed = if self.is_queue {
@@ -209,8 +317,9 @@ struct TimerTicks {
 }
 
 impl TimerTicks {
-    /// The ticks that make the outputs of `runs`, as the graph will run them: each output is of the
-    /// first tick that could read what it used. Others have none, and take no longer than usual.
+    /// Creates the ticks that make the outputs of `runs`, as the graph will run them: each output
+    /// is of the first tick that could read what it used. Others have none, and take no longer than
+    /// usual.
     fn new(runs: &[TimerRun], grid: TimerGrid) -> Self {
         const MOST: usize = 10_000_000;
         let mut costs: Vec<f64> = runs.iter().map(|run| run.end - run.start).collect();
@@ -267,15 +376,16 @@ impl TimerTicks {
         self.wakes.push(late.max(0.0) / 1e6);
     }
 
-    /// How much earlier ticks must be due so that nearly all of `count` outputs use what was the
-    /// newest; 0 if they do.
-    fn too_new(&mut self, grid: &TimerGrid, count: usize) -> f64 {
-        const SOME: usize = 200;
+    /// Returns how much earlier ticks must be due so that nearly all of `count` outputs use what
+    /// was the newest, but for the `lost` ones that no phase explains; 0 if they do.
+    fn too_new(&mut self, grid: &TimerGrid, lost: f64, count: usize) -> f64 {
+        const SOME: f64 = 0.005;
         let longest = 0.25 * grid.period;
         self.too_new.retain(|by| *by < longest);
         self.too_new.sort_by(f64::total_cmp);
         let by = self.too_new.get(self.too_new.len() * 95 / 100);
-        let is_needed = !grid.is_late && self.too_new.len() * SOME > count;
+        let expected = lost + SOME * count as f64;
+        let is_needed = !grid.is_late && self.too_new.len() as f64 > expected;
         by.filter(|_| is_needed).copied().unwrap_or(0.0)
     }
 }

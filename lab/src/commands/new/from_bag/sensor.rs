@@ -27,7 +27,7 @@ struct TickGrid {
 }
 
 impl TickGrid {
-    /// The grid that data began on; `None` if it did not begin on one.
+    /// Creates the grid that data began on; `None` if it did not begin on one.
     fn new(begins: &[f64], period: f64) -> Option<Self> {
         let first = *begins.first()?;
         let mut phases: Vec<f64> = begins
@@ -56,7 +56,7 @@ impl TickGrid {
         is_grid.then_some(Self { origin, period })
     }
 
-    /// The last instant up to `time`.
+    /// Returns the last instant up to `time`.
     fn before(self, time: f64) -> f64 {
         self.origin + ((time - self.origin) / self.period).floor() * self.period
     }
@@ -71,7 +71,7 @@ struct SensorTicks {
 }
 
 impl SensorTicks {
-    /// The ticks on `grid` of data that began and was published at these times (ns).
+    /// Creates the ticks on `grid` of data that began and was published at these times (ns).
     fn new(data: &[(f64, f64)], grid: TickGrid, with_silences: bool) -> Self {
         let mut ticks = Self {
             lateness: Vec::with_capacity(data.len()),
@@ -232,7 +232,7 @@ impl Draft<'_> {
     }
 }
 
-/// The link whose mean is nearest to that of these sorted delays (ms).
+/// Returns the link whose mean is nearest to that of these sorted delays (ms).
 fn link(delays: &[f64]) -> String {
     let of = |share: f64| {
         let place = ((delays.len() as f64 * share).ceil() as usize).max(1) - 1;

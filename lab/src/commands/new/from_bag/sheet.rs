@@ -25,7 +25,7 @@ pub struct GraphSheet {
 }
 
 impl GraphSheet {
-    /// The beginning of the graph called `name`, whose tables are in the folder `data`.
+    /// Creates the beginning of the graph called `name`, whose tables are in the folder `data`.
     pub fn new(name: &str, data: &str) -> Self {
         Self {
             data: data.to_owned(),
@@ -42,8 +42,8 @@ impl GraphSheet {
         self.text.push('\n');
     }
 
-    /// The value of a key that has `values` (ms): a number if they are nearly one, or else a file
-    /// of them, by the names of its `node` and the key. `None` of zeros.
+    /// Returns the value of a key that has `values` (ms): a number if they are nearly one, or else
+    /// a file of them, by the names of its `node` and the key. `None` of zeros.
     pub fn values(&mut self, node: &str, key: &str, values: &[f64]) -> Option<String> {
         const SAME: f64 = 0.02;
         let least = values.iter().copied().reduce(f64::min)?;
@@ -73,7 +73,7 @@ impl GraphSheet {
         self.sources.push(name.to_owned());
     }
 
-    /// Whether the node called `name` has a source before it.
+    /// Returns whether the node called `name` has a source before it.
     pub fn has_source(&self, name: &str) -> bool {
         self.sources.iter().any(|known| known == name)
     }
@@ -99,7 +99,7 @@ impl GraphSheet {
         }
     }
 
-    /// What was written of a bag that ends after `seconds`.
+    /// Returns what was written of a bag that ends after `seconds`.
     pub fn finish(mut self, seconds: f64) -> GraphOfBag {
         self.events();
         GraphOfBag {
@@ -110,7 +110,7 @@ impl GraphSheet {
     }
 }
 
-/// The source before the node called `name`.
+/// Returns the source before the node called `name`.
 pub fn source_of(name: &str) -> String {
     format!("{name}_source")
 }
@@ -141,14 +141,15 @@ pub fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
-/// The names that topics have in a graph file, and of the nodes after them: each another one.
+/// Returns the names that topics have in a graph file, and of the nodes after them: each another
+/// one.
 pub fn names<'a>(topics: impl Iterator<Item = &'a str>) -> Vec<(String, String)> {
     let mut taken = BTreeSet::new();
     let names = topics.map(|topic| {
         let node = node_name(topic);
         let others = (2..).map(|number| format!("{node}_{number}"));
-        let mut candidates = std::iter::once(node.clone()).chain(others);
-        let own = candidates
+        let own = std::iter::once(node.clone())
+            .chain(others)
             .find(|name| taken.insert(name.clone()))
             .unwrap_or_default();
         let is_plain = |c: char| is_of_node(c) || c == '/';
@@ -164,7 +165,7 @@ fn is_of_node(c: char) -> bool {
     c.is_ascii_alphanumeric() || c == '_' || c == '-'
 }
 
-/// The name of a node after a topic.
+/// Returns the name of a node after a topic.
 pub fn node_name(topic: &str) -> String {
     let name = topic.strip_prefix('/').unwrap_or(topic);
     let plain = |c: char| if is_of_node(c) { c } else { '_' };

@@ -1,0 +1,130 @@
+//! What a bag leaves open of a graph with a change: other readings of its nodes, new phases, longer
+//! queues.
+
+use toml::{Table, Value};
+
+/// A graph as the bag behind it may be read as well.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BagReading {
+    /// What is read in another way, such as `planner is a timer`.
+    pub what: String,
+    /// The keys of the graph file that say so, for `--with`.
+    pub with: Vec<String>,
+}
+
+/// The parts of a period by which nodes at a new rate are shifted.
+const PHASES: [(f64, &str); 3] = [
+    (0.25, "a quarter period"),
+    (0.5, "half a period"),
+    (0.75, "three quarters of a period"),
+];
+
+/// A queue that no bag has shown to be full.
+const LONG: u32 = 10;
+
+/// Returns the other readings of the graph file with the text `now`, which had the text `before` as
+/// it came from its bag.
+pub fn readings(before: &str, now: &str) -> Vec<BagReading> {
+    let [before, now] = [before, now].map(|text| text.parse::<Table>().unwrap_or_default());
+    let others = nodes(&now).flat_map(|(name, node)| {
+        let others = node.get("or").and_then(Value::as_array);
+        others
+            .into_iter()
+            .flatten()
+            .filter_map(Value::as_str)
+            .map(move |other| BagReading {
+                what: format!("{name} {}", kind(other)),
+                with: vec![format!("node.{name:?} = {{ {other} }}")],
+            })
+    });
+    let mut all: Vec<BagReading> = others.collect();
+    let moved: Vec<(&String, f64, f64)> = nodes(&now)
+        .filter_map(|(name, node)| {
+            let rate = node.get("rate")?;
+            let hz = number(rate)?;
+            let is_new = key(&before, "node", name, "rate") != Some(rate);
+            let offset = node.get("offset").and_then(number).unwrap_or(0.0);
+            is_new.then_some((name, 1e3 / hz, offset))
+        })
+        .collect();
+    let phases = PHASES.iter().filter(|_| !moved.is_empty());
+    all.extend(phases.map(|(part, words)| {
+        let offset = |(name, period, offset): &(&String, f64, f64)| {
+            format!("node.{name:?}.offset = {:.6}", offset + part * period)
+        };
+        BagReading {
+            what: format!("the phase is {words} later"),
+            with: moved.iter().map(offset).collect(),
+        }
+    }));
+    let queues = nodes(&now).filter(|(name, node)| {
+        let was_triggered = key(&before, "node", name, "trigger").is_some();
+        was_triggered && !node.contains_key("match")
+    });
+    let topics = queues.filter_map(|(_, node)| node.get("trigger")?.as_array());
+    let with: Vec<String> = topics
+        .flatten()
+        .filter_map(Value::as_str)
+        .filter(|topic| key(&now, "topic", topic, "depth").is_none())
+        .map(|topic| format!("topic.{topic:?}.depth = {LONG}"))
+        .collect();
+    all.extend((!with.is_empty()).then(|| BagReading {
+        what: format!("queues keep {LONG} messages"),
+        with,
+    }));
+    all
+}
+
+/// Returns what a node with these other keys is.
+fn kind(other: &str) -> &'static str {
+    let kinds = [
+        ("rate", "is a timer"),
+        ("trigger", "is triggered"),
+        ("takes", "works longer"),
+    ];
+    if other.contains("only_new") && !other.contains("takes") {
+        return "is silent without new data";
+    }
+    let kind = kinds.iter().find(|(key, _)| other.contains(key));
+    kind.map_or("is another one", |(_, what)| what)
+}
+
+/// Returns the nodes that got another rate or a trigger, though the bag does not tell which of both
+/// they have.
+pub fn doubted(before: &str, now: &str) -> Vec<String> {
+    let [before, now] = [before, now].map(|text| text.parse::<Table>().unwrap_or_default());
+    let is_kept = |name: &str| {
+        ["rate", "trigger"]
+            .into_iter()
+            .all(|of| key(&before, "node", name, of) == key(&now, "node", name, of))
+    };
+    let is_doubted = |(name, node): &(&String, &Table)| {
+        let others = node.get("or").and_then(Value::as_array);
+        let mut others = others.into_iter().flatten().filter_map(Value::as_str);
+        let has_kind =
+            others.any(|other| kind(other).ends_with("timer") || other.contains("trigger"));
+        has_kind && !is_kept(name)
+    };
+    nodes(&before)
+        .filter(is_doubted)
+        .map(|(name, _)| name.clone())
+        .collect()
+}
+
+/// Returns the nodes of a graph file.
+fn nodes(file: &Table) -> impl Iterator<Item = (&String, &Table)> {
+    let nodes = file.get("node").and_then(Value::as_table);
+    let nodes = nodes.into_iter().flatten();
+    nodes.filter_map(|(name, node)| Some((name, node.as_table()?)))
+}
+
+/// Returns a key in a section of a graph file.
+fn key<'a>(file: &'a Table, section: &str, name: &str, key: &str) -> Option<&'a Value> {
+    file.get(section)?.get(name)?.get(key)
+}
+
+/// Returns the number in `value`, which may be a whole one.
+fn number(value: &Value) -> Option<f64> {
+    let whole = || value.as_integer().map(|whole| whole as f64);
+    value.as_float().or_else(whole)
+}
