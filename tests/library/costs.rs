@@ -309,7 +309,10 @@ fn a_pole_stands_and_falls_by_the_age_of_its_push_under_both_clocks() {
             modelled.verdict, real.verdict
         );
         assert_eq!(modelled.verdict.is_lost(), falls, "{think} ms");
-        if age < 85.0 || falls {
+        // One late wake-up loses a pole whose mean age would not.
+        let longest = real.nodes.iter().filter_map(|node| node.lateness.max());
+        let is_steady = longest.max() < Some(Duration::from_millis(20));
+        if is_steady && (age < 85.0 || falls) {
             assert_eq!(real.verdict.is_lost(), age >= 85.0, "{think} ms: {age} ms");
         } else {
             eprintln!("{think} ms not compared: this machine makes the push {age} ms old");

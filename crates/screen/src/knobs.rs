@@ -182,10 +182,9 @@ pub fn in_words(system: &dyn System, knobs: &[TimedKnob]) -> Vec<(Time, String)>
             at: timed.at,
             knob: with_message(&timed.knob, |node, text| short(system, node, text)),
         });
-        let texts = KnobText(system.knobs().aliases())
-            .lines(&shortened.collect::<Vec<_>>())
-            .iter()
-            .filter_map(|line| line.split_once(' '));
+        let shortened: Vec<_> = shortened.collect();
+        let lines = KnobText(system.knobs().aliases()).lines(&shortened);
+        let texts = lines.iter().filter_map(|line| line.split_once(' '));
         words.extend(texts.map(|(_, text)| (together[0].at, text.to_owned())));
     }
     words

@@ -17,11 +17,8 @@ use crate::{error::Error, results::read_topics};
 /// # Errors
 /// [`Error::Build`] if the graph cannot be built.
 pub fn topics(sweep: &Sweep) -> Result<Vec<String>, Error> {
-    let config = sweep
-        .cell(0)
-        .map(|cell| sweep.config(&cell))
-        .as_ref()
-        .unwrap_or(&sweep.base);
+    let first = sweep.cell(0).map(|cell| sweep.config(&cell));
+    let config = first.as_ref().unwrap_or(&sweep.base);
     Ok(read_topics(&Experiment::new(sweep.system.clone(), config)?))
 }
 
@@ -51,14 +48,13 @@ pub fn header(sweep: &Sweep, topics: &[String]) -> String {
         .judge()
         .quadratic_cost()
         .map(|_| "quadratic_cost");
-    knobs
+    let columns = knobs
         .map(|column| key(&column.name))
         .chain([FIGURES.to_owned()])
         .chain(dropped)
         .chain(finals)
-        .chain([AGES].into_iter().chain(cost).map(str::to_owned))
-        .collect::<Vec<_>>()
-        .join(",")
+        .chain([AGES].into_iter().chain(cost).map(str::to_owned));
+    columns.collect::<Vec<_>>().join(",")
 }
 
 /// Writes the finished runs below `header`, in the order of the sweep.

@@ -70,24 +70,6 @@ impl PlantSpec {
         if let Some((_, at)) = start.filter(|(start, _)| !(0.0..f64::INFINITY).contains(start)) {
             return refuse(at, "start: expected 0 or more (m/s, rad/s)");
         }
-        let keys = [
-            "mjcf",
-            "keyframe",
-            "pose",
-            "limits",
-            "start",
-            "policy",
-            "observe",
-            "action",
-            "lost",
-            "rate",
-            "step_ms",
-            "reference",
-        ];
-        let places = keys.into_iter().filter_map(|key| {
-            let items = block.list(key).iter().map(|item| item.at);
-            Some((key, [block.at(key)?].into_iter().chain(items).collect()))
-        });
         let texts = |key| {
             block
                 .list(key)
@@ -101,11 +83,7 @@ impl PlantSpec {
             pose: numbers(block, "pose"),
             limits: limits(block)?,
             start: start.map_or(START, |(start, _)| start),
-            reference: block
-                .list("reference")
-                .iter()
-                .map(|motion| motion.text.clone())
-                .collect(),
+            reference: texts("reference"),
             policy: policy
                 .map_or(PLANT_POLICIES[0], |policy| &policy.text)
                 .to_owned(),
@@ -114,7 +92,7 @@ impl PlantSpec {
             lost: texts("lost"),
             rate: rate(block)?,
             step_ns: step(block)?,
-            places: places.collect(),
+            places: places(block),
             at,
         };
         let inner = InnerSpec {
@@ -131,6 +109,29 @@ impl PlantSpec {
             .or_else(|| of("*"))
             .map_or(LIMIT, |(_, limit)| *limit)
     }
+}
+
+/// Returns the keys of the section, each with the place of its value and of the items of a list.
+fn places(block: &Block) -> Vec<(&'static str, Vec<usize>)> {
+    let keys = [
+        "mjcf",
+        "keyframe",
+        "pose",
+        "limits",
+        "start",
+        "policy",
+        "observe",
+        "action",
+        "lost",
+        "rate",
+        "step_ms",
+        "reference",
+    ];
+    let places = keys.into_iter().filter_map(|key| {
+        let items = block.list(key).iter().map(|item| item.at);
+        Some((key, [block.at(key)?].into_iter().chain(items).collect()))
+    });
+    places.collect()
 }
 
 impl GraphFile {
