@@ -15,7 +15,7 @@ use crate::framework::{
 const STARTS: u64 = 10;
 
 /// Delays of `/action` (ms).
-const DELAYS: [u32; 10] = [0, 10, 14, 18, 22, 26, 32, 38, 44, 80];
+const DELAYS: [u32; 9] = [0, 10, 14, 18, 22, 26, 38, 44, 80];
 
 /// What the cart-pole bears with a controller that is made from its model (ms), and how fast it falls
 /// (1/s): `docs/plants.md`.

@@ -35,7 +35,7 @@ fn findings(number: u32) -> &'static SharedFindings {
 }
 
 /// How many measurements of exercises 1 to 14 are promised.
-const PROMISED: [usize; 14] = [71, 19, 36, 41, 40, 60, 78, 12, 12, 17, 3, 16, 22, 24];
+const PROMISED: [usize; 14] = [71, 19, 36, 41, 40, 60, 78, 12, 12, 17, 3, 16, 22, 22];
 
 #[test]
 fn every_promised_measurement_lies_in_its_band() {

@@ -33,7 +33,7 @@ use ratelab_system::System;
 pub use self::glossary::glossary;
 #[cfg(test)]
 pub use self::page::{EDGES, KEY_GAP, render as render_page};
-use self::{layout::ScreenLayout, plant::Fit, sheet::Sheet, text::broken};
+use self::{layout::ScreenLayout, plant::PictureFit, sheet::Sheet, text::broken};
 #[cfg(test)]
 pub use super::tests::{sample, testing};
 use super::{
@@ -223,9 +223,9 @@ fn render_pane(shown: &ScreenState<'_>, pane: Pane, sheet: Sheet<'_>) {
             let robot = shown.system.robot();
             let picture = robot.picture_from(shown.panes.side, &frame.state);
             let fit = if robot.sides() > 1 {
-                Fit::Robot
+                PictureFit::Robot
             } else {
-                Fit::Area
+                PictureFit::Area
             };
             plant::render(picture.as_ref(), fit, &frame.verdict, sheet);
         }

@@ -34,7 +34,7 @@ const MAX_STROKES: f64 = 400.0;
 
 /// How a picture is fitted into the pane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fit {
+pub enum PictureFit {
     /// Around the preferred area; where one side of that is short, around the focus.
     Area,
     /// Around all of the robot, wherever it goes.
@@ -42,7 +42,7 @@ pub enum Fit {
 }
 
 /// Draws a picture, and its captions in the last line.
-pub fn render(picture: Option<&Picture>, fit: Fit, verdict: &VerdictData, sheet: Sheet<'_>) {
+pub fn render(picture: Option<&Picture>, fit: PictureFit, verdict: &VerdictData, sheet: Sheet<'_>) {
     let theme = sheet.theme;
     let lost = picture.is_some() && verdict.standing == Standing::Lost;
     let word = if lost {
@@ -96,7 +96,7 @@ struct Drawing<'t> {
 impl<'t> Drawing<'t> {
     fn new(
         picture: &Picture,
-        fit: Fit,
+        fit: PictureFit,
         (lost, theme): (bool, &'t Theme),
         area: Rect,
     ) -> Option<Self> {
@@ -119,7 +119,9 @@ impl<'t> Drawing<'t> {
         let all = by_width.max(by_height);
         let shorter = (width * aspect * across).min(height * down) / all;
         let filled = by_width.min(by_height);
-        let moving = Some(picture).filter(|_| fit == Fit::Robot).and_then(extent);
+        let moving = Some(picture)
+            .filter(|_| fit == PictureFit::Robot)
+            .and_then(extent);
         let has_room = moving.is_none_or(|[left, bottom, right, top]| {
             (right - left) * aspect <= (wide - 1.0) * filled
                 && top - bottom <= (high - 1.0) * filled

@@ -8,7 +8,7 @@ use crate::{frame::FrameData, view::testing::*};
 fn pane(frame: &FrameData, size: (u16, u16), theme: &Theme) -> Buffer {
     let picture = sample::picture(frame);
     screen(size, theme, |sheet| {
-        render(picture.as_ref(), Fit::Area, &frame.verdict, sheet)
+        render(picture.as_ref(), PictureFit::Area, &frame.verdict, sheet)
     })
 }
 
@@ -80,11 +80,11 @@ fn any_size_and_any_pose_will_do() {
     for (cart, angle) in [(-0.3, 0.2), (9.0, -3.1), (f64::NAN, f64::INFINITY)] {
         frame.state = sample::state(cart, angle, angle);
         let picture = sample::picture(&frame);
-        for fit in [Fit::Area, Fit::Robot] {
+        for fit in [PictureFit::Area, PictureFit::Robot] {
             torture(|sheet| render(picture.as_ref(), fit, &frame.verdict, sheet));
         }
     }
-    torture(|sheet| render(None, Fit::Area, &frame.verdict, sheet));
+    torture(|sheet| render(None, PictureFit::Area, &frame.verdict, sheet));
 }
 
 #[test]
