@@ -70,7 +70,7 @@ pub fn margins(program: &Program, args: &MarginsArgs) -> Result<(), Error> {
         match trials.last_borne(&axis, &ran) {
             Ok(bears) => margins.push(Margin {
                 // Nothing is known of a policy in a file.
-                theory: theory(&plant, &axis, hz).filter(|_| has_theory),
+                theory: has_theory.then(|| theory(&plant, &axis, hz)).flatten(),
                 axis,
                 bears,
             }),
