@@ -181,7 +181,7 @@ impl RecordingWriter {
     }
 
     fn write(&mut self, until: Time, events: &[Event]) -> Written {
-        let rows = self.waiting.take_until(until);
+        let rows = self.waiting.take_ended(until);
         let topology = &self.topology;
         let states = self.system.state().and_then(|state| topology.topic(state));
         let stream = self.stream(states.map_or(&[], |states| rows.topics[states].heads()));

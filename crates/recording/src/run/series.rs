@@ -355,9 +355,19 @@ impl RunRows {
 
     /// Takes the rows up to run time `until` out of these.
     pub fn take_until(&mut self, until: Time) -> Self {
+        self.take(|tick| tick.at <= until, until)
+    }
+
+    /// Takes what is over by run time `until` out of these: the overruns of a tick that ends later are
+    /// those of a run that goes on.
+    pub fn take_ended(&mut self, until: Time) -> Self {
+        self.take(|tick| tick.ends.unwrap_or(tick.at) <= until, until)
+    }
+
+    fn take(&mut self, is_taken: impl Fn(&TickRecord) -> bool, until: Time) -> Self {
         let topics = self.topics.iter_mut().map(|rows| rows.take_until(until));
         let ticks = self.ticks.iter_mut().map(|ticks| {
-            let count = ticks.partition_point(|tick| tick.at <= until);
+            let count = ticks.partition_point(&is_taken);
             let later = ticks.split_off(count);
             std::mem::replace(ticks, later)
         });
