@@ -112,7 +112,7 @@ pub(crate) struct LotSender<T> {
 
 impl<T> LotSender<T> {
     /// Number of items in a lot.
-    const ITEMS: usize = 128;
+    const ITEMS: usize = 512;
 
     /// Sends lots to `end`.
     pub(crate) fn new(end: TapSender<Vec<T>>) -> Self {
