@@ -266,7 +266,7 @@ fn a_network_with_several_actions_is_for_chunks_of_just_so_many() {
         let file = &files[place];
         let made = started(&spec(file), chunk.parse().ok());
         let made = made.map_or_else(
-            |error| error.why,
+            |error| error.why.to_string(),
             |mut policy| {
                 let answer = policy.chunk_from(&observations()[0]);
                 let wanted = (actions == "4").then(|| vec![0.5; 4]);

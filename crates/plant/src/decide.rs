@@ -4,7 +4,7 @@ use std::{error::Error, sync::Arc, time::Duration};
 
 use ratelab::NodeError;
 use ratelab_policy::{
-    Moment, PolicyContext, PolicyFault, PolicyFile, PolicyFiles, RowPolicy, RowShape,
+    Moment, PolicyContext, PolicyError, PolicyFault, PolicyFile, PolicyFiles, RowPolicy, RowShape,
 };
 use ratelab_system::{RecordedAnswers, graph_file::PLANT_POLICIES};
 use thiserror::Error;
@@ -53,11 +53,11 @@ impl PolicyMaker {
 
 /// Returns an error in a file of a policy; of one that does not exist with the names of other
 /// policies.
-pub(crate) fn known(name: &str, error: ratelab_policy::PolicyError) -> PlantDefect {
-    if error.why == PolicyFault::Missing.to_string() {
-        return PlantDefect::policy(name);
+pub(crate) fn known(name: &str, error: PolicyError) -> PlantDefect {
+    match *error.why {
+        PolicyFault::Missing => PlantDefect::policy(name),
+        _ => PlantDefect::new("policy", error.to_string()),
     }
-    PlantDefect::new("policy", error.to_string())
 }
 
 /// What decides on the controls.
@@ -123,20 +123,21 @@ impl FileLaw {
         if let Some(why) = self.rows.crash() {
             return Err(ratelab::NodeCrash(why).into());
         }
-        let finite = answer.iter().find(|number| !number.is_finite());
-        if let Some(answer) = finite {
-            let policy = self.file.name().to_owned();
-            let answer = *answer;
-            return Err(NoControl { policy, answer }.into());
+        if let Some(answer) = answer.iter().find(|number| !number.is_finite()) {
+            return Err(NoControl {
+                policy: self.file.name().to_owned(),
+                answer: *answer,
+            }
+            .into());
         }
-        let scaled = answer
-            .iter()
-            .zip(&robot.given.controls)
-            .map(|(output, given)| given + robot.spec.action * output);
         let controls = if self.file.is_program {
             answer.clone()
         } else {
-            scaled.collect()
+            answer
+                .iter()
+                .zip(&robot.given.controls)
+                .map(|(output, given)| given + robot.spec.action * output)
+                .collect()
         };
         self.last = answer;
         Ok(controls)
@@ -146,14 +147,13 @@ impl FileLaw {
 impl crate::robot::Robot {
     /// Returns what a policy in a file sees, and answers with.
     pub(crate) fn shape(&self, context: PolicyContext) -> RowShape {
-        let [positions, coordinates, activations, controls] = self.model.sizes();
         let sees = match self.terms.size() {
-            0 => positions + coordinates + activations,
+            0 => self.model.state_size(),
             size => size,
         };
         RowShape {
             sees,
-            acts: Some(controls),
+            acts: Some(self.half.len()),
             action_ns: Duration::as_nanos(&context.control_hz.period()) as u64,
         }
     }
@@ -164,8 +164,7 @@ impl crate::robot::Robot {
         if self.terms.is_empty() {
             return Some(reading.to_vec());
         }
-        let [positions, coordinates, activations, _] = self.model.sizes();
-        let terms = reading.get(positions + coordinates + activations..)?;
+        let terms = reading.get(self.model.state_size()..)?;
         self.terms.whole(terms, last)
     }
 }

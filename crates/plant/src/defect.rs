@@ -27,14 +27,6 @@ impl PlantDefect {
         }
     }
 
-    /// Returns the same in item number `index` of a list.
-    pub(crate) fn in_item(self, index: usize) -> Self {
-        Self {
-            item: Some(index),
-            ..self
-        }
-    }
-
     /// Returns a name of a `kind` of things, which is none of the known ones.
     pub(crate) fn unknown(key: &'static str, kind: &str, name: &str, known: &[&str]) -> Self {
         let there = match known {
@@ -55,6 +47,23 @@ impl PlantDefect {
             ),
         )
     }
+}
+
+/// Parses the items of a list; an error names its item.
+pub(crate) fn parse_items<T>(
+    texts: &[String],
+    parse: impl Fn(&str) -> Result<T, PlantDefect>,
+) -> Result<Vec<T>, PlantDefect> {
+    texts
+        .iter()
+        .enumerate()
+        .map(|(item, text)| {
+            parse(text).map_err(|defect| PlantDefect {
+                item: Some(item),
+                ..defect
+            })
+        })
+        .collect()
 }
 
 impl From<RobotModelError> for PlantDefect {

@@ -2,7 +2,7 @@
 
 use mujoco_rs::prelude::MjtObjBase;
 
-use crate::{BodyData, PlantDefect, model::RobotModel};
+use crate::{BodyData, PlantDefect, defect::parse_items, model::RobotModel};
 
 /// The key with the rules.
 const LOST: &str = "lost";
@@ -33,11 +33,7 @@ impl LossRule {
     /// # Errors
     /// [`PlantDefect`] for a rule of another form, and an unknown body.
     pub(crate) fn parse(texts: &[String], model: &RobotModel) -> Result<Vec<Self>, PlantDefect> {
-        let rules = texts.iter().enumerate();
-        let rules = rules.map(|(index, text)| {
-            Self::parse_one(text, model).map_err(|defect| defect.in_item(index))
-        });
-        rules.collect()
+        parse_items(texts, |text| Self::parse_one(text, model))
     }
 
     fn parse_one(text: &str, model: &RobotModel) -> Result<Self, PlantDefect> {

@@ -29,6 +29,9 @@ const ARENA: [i64; 2] = [64 << 20, 1 << 30];
 /// Bounds of a step of physics (ns).
 const STEP_NS: [u64; 2] = [10_000, 100_000_000];
 
+/// The names of the world's axes.
+pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
+
 /// What kind of motion a joint allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum JointKind {
@@ -54,6 +57,11 @@ pub(crate) struct RobotJoint {
 }
 
 impl RobotJoint {
+    /// Returns whether it has one coordinate: a slide or a hinge.
+    pub(crate) fn is_single(&self) -> bool {
+        matches!(self.kind, JointKind::Slide | JointKind::Hinge)
+    }
+
     /// Returns the numbers that it has in `qpos`, and in `qvel`.
     pub(crate) fn numbers(&self) -> [usize; 2] {
         match self.kind {
@@ -252,8 +260,14 @@ impl RobotModel {
         }
     }
 
-    /// Returns the index of the object of this kind called `name`; all names if it does not exist.
-    pub(crate) fn named(&self, kind: MjtObjBase, name: &str) -> Result<usize, Vec<&str>> {
+    /// Returns how many numbers a state has: positions, speeds and activations.
+    pub(crate) fn state_size(&self) -> usize {
+        let [positions, coordinates, activations, _] = self.sizes();
+        positions + coordinates + activations
+    }
+
+    /// Returns the names of the objects of this kind, empty for one without a name.
+    pub(crate) fn names(&self, kind: MjtObjBase) -> Vec<&str> {
         let model = self.mujoco.ffi();
         let count = match kind {
             MjtObjBase::mjOBJ_SENSOR => model.nsensor,
@@ -261,8 +275,14 @@ impl RobotModel {
             MjtObjBase::mjOBJ_BODY => model.nbody,
             _ => 0,
         };
-        let names = (0..count as usize).map(|index| self.mujoco.id_to_name(kind, index));
-        let names: Vec<&str> = names.map(Option::unwrap_or_default).collect();
+        (0..count as usize)
+            .map(|index| self.mujoco.id_to_name(kind, index).unwrap_or_default())
+            .collect()
+    }
+
+    /// Returns the index of the object of this kind called `name`; all names if it does not exist.
+    pub(crate) fn named(&self, kind: MjtObjBase, name: &str) -> Result<usize, Vec<&str>> {
+        let names = self.names(kind);
         let mut known = names.iter();
         let found = known.position(|known| *known == name && !name.is_empty());
         found.ok_or(names)

@@ -5,7 +5,10 @@ use std::{f64::consts::TAU, str::FromStr};
 use mujoco_rs::prelude::MjtObjBase;
 use ratelab::Time;
 
-use crate::{PlantDefect, model::RobotModel};
+use crate::{
+    PlantDefect,
+    model::{AXES, RobotModel},
+};
 
 /// The key of the file.
 pub(crate) const REFERENCE: &str = "reference";
@@ -13,9 +16,6 @@ pub(crate) const REFERENCE: &str = "reference";
 /// What a joint may be asked to do, for errors.
 const FORMS: &str =
     "\"NAME step AMOUNT S\", \"NAME sine AMOUNT HZ\" or \"NAME way S:AMOUNT S:AMOUNT\"";
-
-/// The names of the world's axes.
-const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// The greatest amount, time and frequency.
 const MOST: f64 = 1e6;
@@ -171,7 +171,7 @@ fn coordinate(model: &RobotModel, name: &str) -> Option<usize> {
     model
         .joints
         .iter()
-        .find(|joint| joint.name == name && joint.numbers() == [1, 1])?;
+        .find(|joint| joint.name == name && joint.is_single())?;
     model.coordinates.iter().position(|group| group == name)
 }
 
@@ -179,23 +179,21 @@ fn coordinate(model: &RobotModel, name: &str) -> Option<usize> {
 fn site(model: &RobotModel, name: &str) -> Option<[usize; 2]> {
     let (site, axis) = name.rsplit_once('.')?;
     let axis = AXES.iter().position(|known| *known == axis)?;
-    let mut sites = 0..model.mujoco.ffi().nsite as usize;
-    let found = sites.find(|index| site_name(model, *index) == Some(site));
-    Some([found?, axis])
-}
-
-fn site_name(model: &RobotModel, site: usize) -> Option<&str> {
-    model.mujoco.id_to_name(MjtObjBase::mjOBJ_SITE, site)
+    let site = model.named(MjtObjBase::mjOBJ_SITE, site).ok()?;
+    Some([site, axis])
 }
 
 /// Returns the names of what may move.
 fn known(model: &RobotModel) -> Vec<String> {
-    let joints = model.joints.iter();
-    let joints = joints.filter(|joint| joint.numbers() == [1, 1]);
-    let sites = 0..model.mujoco.ffi().nsite as usize;
-    let sites = sites.filter_map(|site| site_name(model, site));
-    let sites = sites.flat_map(|site| AXES.map(|axis| format!("{site}.{axis}")));
-    joints
+    let sites = model
+        .names(MjtObjBase::mjOBJ_SITE)
+        .into_iter()
+        .filter(|site| !site.is_empty())
+        .flat_map(|site| AXES.map(|axis| format!("{site}.{axis}")));
+    model
+        .joints
+        .iter()
+        .filter(|joint| joint.is_single())
         .map(|joint| joint.name.clone())
         .chain(sites)
         .collect()

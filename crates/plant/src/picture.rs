@@ -10,7 +10,7 @@ use crate::{
     BodyData,
     geoms::circle,
     hull::hull,
-    model::{JointKind, RobotModel},
+    model::{AXES, JointKind, RobotModel},
     robot::{Robot, SharedRobot},
 };
 
@@ -31,9 +31,6 @@ const CLEARLY: f64 = 1e-9;
 
 /// The most joints whose deviations are all in the captions.
 const FEW: usize = 3;
-
-/// The names of the world's axes.
-const NAMES: [&str; 3] = ["x", "y", "z"];
 
 /// What is seen along an axis of the world: the axes to the right and up.
 #[derive(Clone, Copy, Debug)]
@@ -249,7 +246,7 @@ impl RobotPainter {
 
     /// Returns what is seen, and how far joints are from the reference.
     fn captions(&self, sight: Sight, frame: Frame, deviation: &[f64]) -> Vec<String> {
-        let (right, up) = (NAMES[sight.right], NAMES[sight.up]);
+        let (right, up) = (AXES[sight.right], AXES[sight.up]);
         let mut captions = vec![format!("{right} →, {up} ↑, {:.2} m wide", frame.size()[0])];
         let limits = self.robot.limits.iter().enumerate();
         let limited: Vec<usize> = limits
@@ -302,17 +299,15 @@ fn styles(robot: &Robot) -> Vec<Style> {
         .filter(|(kind, _)| **kind == MjtTrn::mjTRN_JOINT)
         .map(|(_, [joint, _])| *joint)
         .collect();
-    let mut first = 0;
     let mut watched = Vec::new();
     for ((index, joint), body) in (0..).zip(&*robot.model.joints).zip(mujoco.jnt_bodyid()) {
-        let next = first + joint.numbers()[1];
-        let is_limited = robot.limits[first..next]
+        let [_, numbers] = joint.numbers();
+        let is_limited = robot.limits[joint.speed..joint.speed + numbers]
             .iter()
             .any(|limit| limit.is_finite());
         if is_limited && !driven.contains(&index) {
             watched.push(*body);
         }
-        first = next;
     }
     let roots = mujoco.body_weldid();
     let of_body = |(body, root): (i32, &i32)| {

@@ -6,10 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use ratelab::{Time, sync::lock};
 
 use crate::{
-    BodyData,
-    model::{JointKind, RobotModel},
-    model_error::RobotModelError,
-    motion::SiteMotion,
+    BodyData, model::RobotModel, model_error::RobotModelError, motion::SiteMotion,
     reference::Reference,
 };
 
@@ -40,6 +37,8 @@ pub(crate) struct SiteReach {
 }
 
 impl SiteReach {
+    /// Creates the sites with these `motions` of a robot that is `at` its reference.
+    ///
     /// # Errors
     /// [`RobotModelError`] if MuJoCo has no room for the robot.
     pub(crate) fn new(
@@ -49,14 +48,12 @@ impl SiteReach {
     ) -> Result<Self, RobotModelError> {
         let mut data = model.body()?;
         at.put_into(&mut data);
-        let mut first = 0;
-        let mut moving = Vec::new();
-        for joint in &*model.joints {
-            if [JointKind::Hinge, JointKind::Slide].contains(&joint.kind) {
-                moving.push(first);
-            }
-            first += joint.numbers()[1];
-        }
+        let moving = model
+            .joints
+            .iter()
+            .filter(|joint| joint.is_single())
+            .map(|joint| joint.speed)
+            .collect();
         let start = places(&mut data, &motions, &at.positions);
         Ok(Self {
             start,

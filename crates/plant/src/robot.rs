@@ -14,7 +14,7 @@ use crate::{
     losses::LossRule,
     model::{JointKind, RobotModel},
     model_error::RobotModelError,
-    motion::{JointMotion, motions},
+    motion::{JointMotion, Motions, motions},
     reach::SiteReach,
     reference::{Reference, found},
     terms::ObservedTerms,
@@ -47,6 +47,8 @@ pub struct Robot {
     pub(crate) motions: Vec<JointMotion>,
     /// The sites that move, if any.
     pub(crate) reach: Option<SiteReach>,
+    /// The coordinates that these move, each once.
+    pub(crate) moving: Vec<usize>,
     /// One step of physics near the reference.
     pub(crate) linear: LinearRobot,
     /// What a recording keeps.
@@ -95,9 +97,9 @@ impl Robot {
             return Err(PlantDefect::unknown("limits", "joint", name, &groups));
         }
         let limits = model.coordinates.iter().map(|group| spec.limit(group));
-        let moving = motions(&model, &spec.reference)?;
-        let reach = (!moving.sites.is_empty())
-            .then(|| SiteReach::new(&model, &at, moving.sites))
+        let Motions { joints, sites } = motions(&model, &spec.reference)?;
+        let reach = (!sites.is_empty())
+            .then(|| SiteReach::new(&model, &at, sites))
             .transpose()?;
         Ok(Self {
             terms: ObservedTerms::parse(&spec.observe, &model)?,
@@ -116,7 +118,8 @@ impl Robot {
                 geoms: model.geoms.to_vec(),
             },
             spec: spec.clone(),
-            motions: moving.joints,
+            moving: moving(&joints, reach.as_ref()),
+            motions: joints,
             reach,
             model,
             at,
@@ -153,7 +156,7 @@ impl Robot {
             .zip(ranges)
             .filter(|(joint, (limited, range))| {
                 let here = self.at.positions[joint.position];
-                joint.numbers() == [1, 1]
+                joint.is_single()
                     && **limited
                     && range.iter().any(|end| (here - end).abs() < NEAR_THE_END)
             });
@@ -191,7 +194,7 @@ impl Robot {
             })
     }
 
-    /// Returns places the robot at the start for `seed`.
+    /// Places the robot at the start for `seed`.
     pub(crate) fn begin(&self, seed: u64) -> Result<BodyData, RobotModelError> {
         let mut data = self.model.body()?;
         self.at.put_into(&mut data);
@@ -209,9 +212,7 @@ impl Robot {
 
     /// Returns the state in a reading, without the terms behind it.
     pub(crate) fn state_in<'r>(&self, reading: &'r [f64]) -> &'r [f64] {
-        let [positions, coordinates, activations, _] = self.model.sizes();
-        let numbers = positions + coordinates + activations;
-        reading.get(..numbers).unwrap_or(reading)
+        reading.get(..self.model.state_size()).unwrap_or(reading)
     }
 
     /// Returns the deviation of a state from the reference: coordinates, speeds, activations.
@@ -227,8 +228,8 @@ impl Robot {
             .into_vec();
         // What the reference has moved by stands behind a state.
         let moved = rest.get(activations..).unwrap_or_default();
-        for (index, by) in self.moving_coordinates().into_iter().zip(moved) {
-            deviation[index] -= by;
+        for (index, by) in self.moving.iter().zip(moved) {
+            deviation[*index] -= by;
         }
         deviation.extend(speeds);
         let pairs = active.iter().zip(&self.at.activations);
@@ -294,6 +295,16 @@ pub(crate) enum LossCause {
     Coordinate(usize),
     /// The rule with this index says so.
     Rule(usize),
+}
+
+/// Returns the coordinates that move with these joints and sites, each once.
+fn moving(joints: &[JointMotion], sites: Option<&SiteReach>) -> Vec<usize> {
+    let joints = joints.iter().map(|motion| motion.index);
+    let sites = sites.into_iter().flat_map(SiteReach::coordinates);
+    let mut indices: Vec<usize> = joints.chain(sites.copied()).collect();
+    indices.sort_unstable();
+    indices.dedup();
+    indices
 }
 
 /// Returns the pose as the file gives it, with the controls there.

@@ -21,12 +21,12 @@ impl Robot {
         let [_, count, ..] = self.model.sizes();
         let entry =
             |index: usize| SignalValue::new(move |row| row.get(index).copied().unwrap_or(f64::NAN));
-        let moving = self.moving_coordinates();
+        let moving = &self.moving;
         let joints = self
             .model
             .joints
             .iter()
-            .filter(|joint| joint.numbers() == [1, 1])
+            .filter(|joint| joint.is_single())
             .filter_map(|joint| {
                 let index =
                     (0..count).find(|index| self.model.coordinates[*index] == joint.name)?;
@@ -69,13 +69,13 @@ impl Robot {
 
     /// Returns the plots of the distances from a reference that moves.
     fn errors(&self) -> Vec<Signal> {
-        let [positions, coordinates, activations, controls] = self.model.sizes();
-        let behind = controls + positions + coordinates + activations;
+        let controls = self.half.len();
+        let behind = controls + self.model.state_size();
         let errors = self
-            .moving_coordinates()
-            .into_iter()
+            .moving
+            .iter()
             .enumerate()
-            .filter_map(|(number, index)| {
+            .filter_map(|(number, &index)| {
                 let name = &self.model.coordinates[index];
                 let joint = self.model.joints.iter().find(|joint| joint.name == *name)?;
                 let (place, here) = (controls + joint.position, self.at.positions[joint.position]);
@@ -101,15 +101,11 @@ impl Robot {
 
     /// Returns the names of what a state has behind its numbers where the reference moves.
     pub(crate) fn moving_names(&self) -> Vec<String> {
-        let indices = self.moving_coordinates().into_iter();
-        let name = |index: usize| {
-            format!(
-                "{} reference ({})",
-                self.model.coordinates[index],
-                self.unit(index)
-            )
+        let name = |index: &usize| {
+            let (group, unit) = (&self.model.coordinates[*index], self.unit(*index));
+            format!("{group} reference ({unit})")
         };
-        indices.map(name).collect()
+        self.moving.iter().map(name).collect()
     }
 
     /// Returns the names of the numbers of a target.

@@ -74,15 +74,11 @@ impl Robot {
     /// Returns what a state has beside positions, speeds and activations: how far the coordinates
     /// that move are to be from the pose at run time `now`.
     pub(crate) fn moved(&self, now: Time) -> Vec<f64> {
-        let target = if self.is_moving() {
-            self.target(now)
-        } else {
-            Vec::new()
-        };
-        self.moving_coordinates()
-            .into_iter()
-            .filter_map(|index| target.get(index).copied())
-            .collect()
+        if !self.is_moving() {
+            return Vec::new();
+        }
+        let target = self.target(now);
+        self.moving.iter().map(|index| target[*index]).collect()
     }
 
     /// Returns the square of the distance from a reference that moves, in a row of `/state`: of the
@@ -101,16 +97,6 @@ impl Robot {
                 .map(|error| error * error)
                 .sum(),
         )
-    }
-
-    /// Returns the coordinates that move, each once.
-    pub(crate) fn moving_coordinates(&self) -> Vec<usize> {
-        let joints = self.motions.iter().map(|motion| motion.index);
-        let sites = self.reach.iter().flat_map(|reach| reach.coordinates());
-        let mut indices: Vec<usize> = joints.chain(sites.copied()).collect();
-        indices.sort_unstable();
-        indices.dedup();
-        indices
     }
 
     /// Changes a reading to what it were if the reference stood still, and the robot were as far from it
@@ -132,12 +118,12 @@ impl Robot {
 
 /// Returns how far each site is from where it is to be, in a row of `/state` of `robot` (m).
 pub(crate) fn site_errors(reach: &SiteReach, robot: &Robot, row: &[f64]) -> Option<Vec<f64>> {
-    let [positions, coordinates, activations, controls] = robot.model.sizes();
+    let [positions, coordinates, _, controls] = robot.model.sizes();
     let places = row.get(controls..controls + positions)?;
-    let moved = row.get(controls + positions + coordinates + activations..)?;
+    let moved = row.get(controls + robot.model.state_size()..)?;
     let mut along = vec![0.0; coordinates];
-    for (index, by) in robot.moving_coordinates().into_iter().zip(moved) {
-        along[index] = *by;
+    for (index, by) in robot.moving.iter().zip(moved) {
+        along[*index] = *by;
     }
     let mut wanted = robot.at.positions.clone();
     robot.model.mujoco.integrate_pos(&mut wanted, &along, 1.0);

@@ -6,7 +6,8 @@ use mujoco_rs::prelude::MjtObjBase;
 
 use crate::{
     BodyData, PlantDefect,
-    model::{JointKind, RobotJoint, RobotModel},
+    defect::parse_items,
+    model::{RobotJoint, RobotModel},
     reference::Reference,
 };
 
@@ -56,10 +57,7 @@ impl ObservedTerms {
     /// # Errors
     /// [`PlantDefect`] for a term of another form, and a name that does not exist.
     pub(crate) fn parse(texts: &[String], model: &RobotModel) -> Result<Self, PlantDefect> {
-        let terms = texts.iter().enumerate().map(|(index, text)| {
-            ObservedTerm::parse(text, model).map_err(|defect| defect.in_item(index))
-        });
-        let terms = Self(terms.collect::<Result<_, _>>()?);
+        let terms = Self(parse_items(texts, |text| ObservedTerm::parse(text, model))?);
         match terms.0.iter().map(|term| term.size).sum() {
             0..=MOST_NUMBERS => Ok(terms),
             numbers => Err(PlantDefect::new(
@@ -102,8 +100,7 @@ impl ObservedTerms {
     }
 
     /// Returns the whole observation, of what the sensor has `read` and of what the policy answered
-    /// `last`;
-    /// `None` for another amount of numbers.
+    /// `last`; `None` for another amount of numbers.
     pub(crate) fn whole(&self, read: &[f64], last: &[f64]) -> Option<Vec<f64>> {
         let (mut whole, mut rest) = (Vec::new(), read);
         for term in &self.0 {
@@ -204,7 +201,7 @@ fn joints(model: &RobotModel, place: impl Fn(&RobotJoint) -> usize) -> Vec<usize
     model
         .joints
         .iter()
-        .filter(|joint| matches!(joint.kind, JointKind::Hinge | JointKind::Slide))
+        .filter(|joint| joint.is_single())
         .map(place)
         .collect()
 }

@@ -49,7 +49,7 @@ pub(crate) struct FreeRobot {
 }
 
 impl FreeRobot {
-    /// Creates places `robot` at the start for `seed`.
+    /// Places `robot` at the start for `seed`.
     pub(crate) fn new(robot: SharedRobot, seed: u64) -> Result<Self, RobotModelError> {
         let controls: Arc<[f64]> = robot.at.controls.as_slice().into();
         Ok(Self {

@@ -6,7 +6,7 @@ use ratelab::sync::lock;
 use ratelab_system::RecordedAnswers;
 
 use crate::{
-    LoadedFile, PolicyContext, PolicyError, PolicyFile, RowPolicy, RowShape,
+    LoadedFile, PolicyContext, PolicyError, PolicyFault, PolicyFile, RowPolicy, RowShape,
     program::RecordedPolicy,
 };
 
@@ -67,16 +67,14 @@ impl PolicyFiles {
                            path alone";
                 return Err(PolicyError {
                     spec: file.to_string(),
-                    why: why.to_owned(),
+                    why: Box::new(PolicyFault::Other(why.to_owned())),
                 });
             }
         }
         let loaded = self.fetch(file)?;
         let mut policy = loaded.policy(context, shape)?;
         loaded.check_chunk(context.chunk, shape)?;
-        policy
-            .start()
-            .map_err(|why| loaded.error(why.to_string()))?;
+        policy.start().map_err(|why| loaded.error(why))?;
         Ok((policy, loaded.file().clone()))
     }
 

@@ -15,7 +15,7 @@ pub struct PolicyError {
     /// Name or path of the policy.
     pub spec: String,
     /// The reason: what was expected, and what was found.
-    pub why: String,
+    pub why: Box<PolicyFault>,
 }
 
 /// Why a policy was not loaded, started, replaced or restarted.

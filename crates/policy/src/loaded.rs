@@ -36,7 +36,7 @@ impl PolicyFile {
     pub fn load(&self) -> Result<LoadedFile, PolicyError> {
         load(self).map_err(|why| PolicyError {
             spec: self.path.clone(),
-            why: why.to_string(),
+            why: Box::new(why),
         })
     }
 }
@@ -80,7 +80,7 @@ impl LoadedFile {
             FileContent::Graph(graph) => graph
                 .outputs(shape.sees)
                 .map(Some)
-                .map_err(|why| self.error(why.to_string())),
+                .map_err(|why| self.error(why)),
             FileContent::Program => Ok(None),
         }
     }
@@ -110,7 +110,7 @@ impl LoadedFile {
                     _ => "numbers",
                 };
                 let way_out = way_out(None);
-                return Err(self.error(format!(
+                return Err(self.unfit(format!(
                     "its answers are {actions} {what}, and the robot has {controls} controls; {way_out}"
                 )));
             }
@@ -120,7 +120,7 @@ impl LoadedFile {
             (Some(wanted), None) => format!("chunks of {wanted} actions"),
         };
         let way_out = way_out(Some(ProgramKind::Module));
-        Err(self.error(format!(
+        Err(self.unfit(format!(
             "its answers are {actions} numbers, and the run wants {wants}: give --chunk {actions} if \
              they are the next {actions} actions; if not, {way_out}"
         )))
@@ -149,7 +149,7 @@ impl LoadedFile {
                     format!("{GYMNASIUM}; else {way_out}")
                 }
             };
-            return Err(self.error(format!(
+            return Err(self.unfit(format!(
                 "it sees {inputs} numbers, and an observation has {sees}: {remedy}"
             )));
         }
@@ -176,10 +176,15 @@ impl LoadedFile {
     }
 
     /// Returns an error of the policy.
-    pub fn error(&self, why: String) -> PolicyError {
+    pub(crate) fn error(&self, why: PolicyFault) -> PolicyError {
         PolicyError {
             spec: self.name().to_owned(),
-            why,
+            why: Box::new(why),
         }
+    }
+
+    /// Returns the error of a policy that does not fit the run.
+    fn unfit(&self, why: String) -> PolicyError {
+        self.error(PolicyFault::Other(why))
     }
 }

@@ -80,11 +80,17 @@ impl PolicySpec {
 
 /// Returns an error; of a file that does not exist with the policies that have none.
 pub(super) fn with_names(error: PolicyError) -> PolicyError {
-    if error.why == PolicyFault::Missing.to_string() {
-        let why = format!("expected {EXPECTED}; {}", error.why);
-        return PolicyError { why, ..error };
+    match *error.why {
+        PolicyFault::Missing => PolicyError {
+            why: other(format!("expected {EXPECTED}; {}", error.why)),
+            ..error
+        },
+        _ => error,
     }
-    error
+}
+
+fn other(why: String) -> Box<PolicyFault> {
+    Box::new(PolicyFault::Other(why))
 }
 
 impl From<PolicyKind> for PolicySpec {
@@ -160,7 +166,7 @@ impl LoadedPolicy {
                 let lqr = Lqr::at(context.control_hz);
                 let error = |why: LqrError| PolicyError {
                     spec: self.spec.name().to_owned(),
-                    why: why.to_string(),
+                    why: other(why.to_string()),
                 };
                 Box::new(lqr.map_err(error)?)
             }
