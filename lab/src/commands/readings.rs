@@ -27,10 +27,11 @@ pub fn other_readings(
         if interrupt.is_asked() {
             break;
         }
-        // A reading that the change makes impossible is none.
+        // The change may leave no graph by this reading: then it is left out.
         let read = program.with(&reading.with).ok().map(|read| read.system);
         let summary = read.as_ref().and_then(|system| -> Option<Summary> {
-            Experiment::new(system.clone(), config).ok()?.run().ok()
+            let experiment = Experiment::new(system.clone(), config).ok()?;
+            experiment.run_until(interrupt).ok()?
         });
         if let Some((system, summary)) = read.zip(summary) {
             all.add(&reading.what, system.about().chains, &summary);

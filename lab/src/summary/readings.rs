@@ -22,7 +22,7 @@ pub struct ReadAge {
 }
 
 impl OtherReadings {
-    /// No reading yet of a change of the nodes that are `doubted`.
+    /// Creates an empty list of readings, for a change of the nodes that are `doubted`.
     pub fn new(doubted: Vec<String>) -> Self {
         Self {
             doubted,

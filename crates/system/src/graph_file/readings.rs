@@ -27,15 +27,10 @@ const LONG: u32 = 10;
 pub fn readings(before: &str, now: &str) -> Vec<BagReading> {
     let [before, now] = [before, now].map(|text| text.parse::<Table>().unwrap_or_default());
     let others = nodes(&now).flat_map(|(name, node)| {
-        let others = node.get("or").and_then(Value::as_array);
-        others
-            .into_iter()
-            .flatten()
-            .filter_map(Value::as_str)
-            .map(move |other| BagReading {
-                what: format!("{name} {}", kind(other)),
-                with: vec![format!("node.{name:?} = {{ {other} }}")],
-            })
+        others(node).map(move |keys| BagReading {
+            what: format!("{name} {}", OtherKind::from_keys(keys).words()),
+            with: vec![format!("node.{name:?} = {{ {keys} }}")],
+        })
     });
     let mut all: Vec<BagReading> = others.collect();
     let moved: Vec<(&String, f64, f64)> = nodes(&now)
@@ -75,18 +70,42 @@ pub fn readings(before: &str, now: &str) -> Vec<BagReading> {
     all
 }
 
-/// Returns what a node with these other keys is.
-fn kind(other: &str) -> &'static str {
-    let kinds = [
-        ("rate", "is a timer"),
-        ("trigger", "is triggered"),
-        ("takes", "works longer"),
-    ];
-    if other.contains("only_new") && !other.contains("takes") {
-        return "is silent without new data";
+/// What a node may be as well.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum OtherKind {
+    Silent,
+    Timer,
+    Triggered,
+    Longer,
+    Other,
+}
+
+impl OtherKind {
+    /// Returns what a node with these other `keys` is.
+    fn from_keys(keys: &str) -> Self {
+        if keys.contains("only_new") && !keys.contains("takes") {
+            return Self::Silent;
+        }
+        [
+            ("rate", Self::Timer),
+            ("trigger", Self::Triggered),
+            ("takes", Self::Longer),
+        ]
+        .into_iter()
+        .find(|(key, _)| keys.contains(key))
+        .map_or(Self::Other, |(_, kind)| kind)
     }
-    let kind = kinds.iter().find(|(key, _)| other.contains(key));
-    kind.map_or("is another one", |(_, what)| what)
+
+    /// Returns what the node is, to follow its name.
+    fn words(self) -> &'static str {
+        match self {
+            Self::Silent => "is silent without new data",
+            Self::Timer => "is a timer",
+            Self::Triggered => "is triggered",
+            Self::Longer => "works longer",
+            Self::Other => "is another one",
+        }
+    }
 }
 
 /// Returns the nodes that got another rate or a trigger, though the bag does not tell which of both
@@ -99,10 +118,8 @@ pub fn doubted(before: &str, now: &str) -> Vec<String> {
             .all(|of| key(&before, "node", name, of) == key(&now, "node", name, of))
     };
     let is_doubted = |(name, node): &(&String, &Table)| {
-        let others = node.get("or").and_then(Value::as_array);
-        let mut others = others.into_iter().flatten().filter_map(Value::as_str);
-        let has_kind =
-            others.any(|other| kind(other).ends_with("timer") || other.contains("trigger"));
+        let has_kind = others(node)
+            .any(|keys| OtherKind::from_keys(keys) == OtherKind::Timer || keys.contains("trigger"));
         has_kind && !is_kept(name)
     };
     nodes(&before)
@@ -116,6 +133,12 @@ fn nodes(file: &Table) -> impl Iterator<Item = (&String, &Table)> {
     let nodes = file.get("node").and_then(Value::as_table);
     let nodes = nodes.into_iter().flatten();
     nodes.filter_map(|(name, node)| Some((name, node.as_table()?)))
+}
+
+/// Returns the keys of each other reading of a node.
+fn others(node: &Table) -> impl Iterator<Item = &str> {
+    let others = node.get("or").and_then(Value::as_array);
+    others.into_iter().flatten().filter_map(Value::as_str)
 }
 
 /// Returns a key in a section of a graph file.

@@ -40,12 +40,12 @@ pub fn nearest(
         .map(|topics| usual(analysis, topics))
         .collect();
     let mut best = graph(analysis, &orders);
-    let mut least = difference(&best);
+    let mut least = distance(&best).unwrap_or(f64::INFINITY);
     for thread in 0..orders.len() {
         for order in others(&orders[thread]) {
             let known = std::mem::replace(&mut orders[thread], order);
             let found = graph(analysis, &orders);
-            let far = difference(&found);
+            let far = distance(&found).unwrap_or(f64::INFINITY);
             if far < least {
                 (best, least) = (found, far);
             } else {
@@ -58,7 +58,7 @@ pub fn nearest(
         let Some(other) = other else { continue };
         let known = std::mem::replace(&mut analysis.nodes[place].kind, other);
         let found = graph(analysis, &orders);
-        let far = difference(&found);
+        let far = distance(&found).unwrap_or(f64::INFINITY);
         if far < least / 2.0 {
             (best, least) = (found, far);
         } else {
@@ -125,14 +125,9 @@ fn permutations(of: &[usize]) -> Vec<Vec<usize>> {
     all.collect()
 }
 
-/// Returns how far the mean ages of the graph are from those of the bag; infinite if it does not
-/// run.
-fn difference(graph: &GraphOfBag) -> f64 {
-    differences(graph).map_or(f64::INFINITY, |all| all.iter().sum())
-}
-
-/// Returns how far the mean age of each chain is from that of the bag.
-fn differences(graph: &GraphOfBag) -> Option<Vec<f64>> {
+/// Returns how far the mean ages of the graph are from those of the bag, in all; `None` if it does
+/// not run.
+fn distance(graph: &GraphOfBag) -> Option<f64> {
     let column = |file: &str| {
         let name = file.rsplit('/').next().unwrap_or(file);
         let table = graph.tables.iter().find(|table| table.file == name);
@@ -156,7 +151,7 @@ fn differences(graph: &GraphOfBag) -> Option<Vec<f64>> {
         let found = chain.mean_ms(summary.sim_time, &summary.chains)?;
         Some((found / chain.bag.as_ref()?.mean_ms).ln().abs())
     });
-    Some(far.collect())
+    Some(far.sum())
 }
 
 /// Returns the durations in a table.
