@@ -104,6 +104,7 @@ impl Lineage {
         })
     }
 
+    /// Returns a message with the tick that published it.
     fn step(&self, message: MessageId) -> Step<'_> {
         let sent = self.head(message);
         let by = sent.and_then(|sent| sent.by);

@@ -341,9 +341,8 @@ impl App {
 
     /// Looks at the plant from the next side.
     fn turn_plant(&mut self) {
-        let side = &mut self.shown.panes.side;
-        *side += 1;
-        *side %= self.shown.run.system().robot().sides().max(1);
+        let next = self.shown.panes.side + 1;
+        self.shown.panes.side = next % self.sides().max(1);
     }
 
     /// Returns whether the run is over.
