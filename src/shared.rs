@@ -107,7 +107,8 @@ impl<T> Shared<T> {
         turn
     }
 
-    /// Locks the value without a turn, at any time: for observers and taps, and for what follows from the turns of others.
+    /// Locks the value without a turn, at any time: for observers and taps, and for what follows
+    /// from the turns of others.
     #[inline]
     pub fn peek(&self) -> SharedGuard<'_, T> {
         SharedGuard {

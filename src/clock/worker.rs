@@ -68,7 +68,8 @@ impl<'c> Worker<'c> {
         }
     }
 
-    /// Finds the end of the running tick at run time `at`: the tick has had its time on a core. Returns the index of its node.
+    /// Finds the end of the running tick at run time `at`: the tick has had its time on a core.
+    /// Returns the index of its node.
     pub fn find_end(&mut self, at: Time) -> Option<usize> {
         self.found = self.schedule.peek().end_job(self.schedule.first, at);
         self.found.map(|work| work.node)

@@ -32,7 +32,8 @@ pub struct Inbox {
     interrupt: Option<Interrupt>,
 }
 
-/// A request to stop, for any number of runs under the virtual clock, now and later. Clones are handles to the same request.
+/// A request to stop, for any number of runs under the virtual clock, now and later. Clones are
+/// handles to the same request.
 #[derive(Clone, Debug, Default)]
 pub struct Interrupt(Arc<AtomicBool>);
 

@@ -46,7 +46,8 @@ pub(crate) struct TakenMessage {
 }
 
 impl<T: Payload> Topic<T> {
-    /// Creates a subscription, the reader at this `place` of the topic, whose messages trigger the node with index
+    /// Creates a subscription, the reader at this `place` of the topic, whose messages trigger the
+    /// node with index
     /// `node` as its input number `input`.
     pub(crate) fn trigger(
         &self,

@@ -39,8 +39,9 @@ pub struct Config {
 }
 
 impl Config {
-    /// Returns the same run with the settings of the system that it does
-    /// not replace, and with its messages in recordable form; see [`SystemKnobs::resolve`](ratelab_system::SystemKnobs::resolve).
+    /// Returns the same run with the settings of the system that it does not replace, and with its
+    /// messages in recordable form; see
+    /// [`SystemKnobs::resolve`](ratelab_system::SystemKnobs::resolve).
     ///
     /// # Errors
     /// [`BuildError::Setting`] if the system refuses a message.
@@ -48,8 +49,7 @@ impl Config {
         let mut resolved = self.clone();
         let about = system.about();
         let mut setup = about.setup();
-        let followers = self.setup.iter().flat_map(|knob| about.followers(knob));
-        setup.extend(followers.chain(self.setup.iter().cloned()));
+        setup.extend(about.with_followers(self.setup.iter()));
         let recordable = |knob: &Knob| {
             let resolved = system.resolved(self.seed, &setup, knob.clone());
             resolved.map_err(BuildError::Setting)

@@ -59,6 +59,18 @@ impl<'s> About<'s> {
         self.settings.iter().cloned().collect()
     }
 
+    /// Returns `knobs`, after what follows from each of them: a setup that they extend has what is set
+    /// by itself.
+    pub fn with_followers<'k>(
+        &self,
+        knobs: impl Iterator<Item = &'k Knob> + Clone,
+    ) -> impl Iterator<Item = Knob> {
+        knobs
+            .clone()
+            .flat_map(|knob| self.followers(knob))
+            .chain(knobs.cloned())
+    }
+
     /// Returns what follows from `knob` for other nodes.
     pub fn followers(&self, knob: &Knob) -> impl Iterator<Item = Knob> {
         self.dividers

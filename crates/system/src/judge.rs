@@ -55,8 +55,8 @@ pub trait Judge {
     }
 
     /// Returns limits of the mean push age in a run with `setup`, less the part of it that plans
-    /// [predicted](crate::PlayStep::predicted). The computation may be slow:
-    /// callers cache it until the setup changes.
+    /// [predicted](crate::PlayStep::predicted). The computation may be slow: callers cache it until
+    /// the setup changes.
     fn age_limits(&self, setup: &Setup) -> AgeLimits {
         let _ = setup;
         AgeLimits::default()

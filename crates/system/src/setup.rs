@@ -78,7 +78,7 @@ impl Setup {
     }
 
     /// Returns all knobs, in the order in which they were first set.
-    pub fn iter(&self) -> impl Iterator<Item = &Knob> {
+    pub fn iter(&self) -> impl Iterator<Item = &Knob> + Clone {
         self.0.iter()
     }
 }

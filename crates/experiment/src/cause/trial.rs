@@ -86,11 +86,8 @@ impl Trial {
     /// Returns the run with the `cures` at the indices in `some`.
     fn with(&self, cures: &[Knob], some: &[usize]) -> Option<Summary> {
         let (mut config, about) = (self.config.clone(), self.system.about());
-        let cures = || some.iter().map(|index| &cures[*index]);
-        config
-            .setup
-            .extend(cures().flat_map(|cure| about.followers(cure)));
-        config.setup.extend(cures().cloned());
+        let cures = some.iter().map(|index| &cures[*index]);
+        config.setup.extend(about.with_followers(cures));
         let experiment = Experiment::new(self.system.clone(), &config).ok()?;
         experiment.run().ok()
     }

@@ -217,8 +217,8 @@ impl Hunt {
     }
 
     /// Hunts within `budget`, to the end or until `stop` returns `true` before a run or
-    /// [`interrupt`](Self::interrupt) is asked for, and then returns the best list so far. The outcome depends on the configuration and the budget
-    /// alone.
+    /// [`interrupt`](Self::interrupt) is asked for, and then returns the best list so far. The
+    /// outcome depends on the configuration and the budget alone.
     ///
     /// # Errors
     /// [`HuntError`] if the hunt is impossible, or a run failed.

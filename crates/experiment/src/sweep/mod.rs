@@ -191,8 +191,9 @@ impl Sweep {
         config
     }
 
-    /// This sweep with its messages in recordable form; see [`SystemKnobs::resolve`](ratelab_system::SystemKnobs::resolve).
-    /// Files named by messages are read once, before the first run.
+    /// This sweep with its messages in recordable form; see
+    /// [`SystemKnobs::resolve`](ratelab_system::SystemKnobs::resolve). Files named by messages are
+    /// read once, before the first run.
     fn resolved(&self) -> Result<Self, BuildError> {
         let mut resolved = self.clone();
         resolved.add_followers();

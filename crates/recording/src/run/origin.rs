@@ -19,7 +19,8 @@ pub struct Origin {
     pub format: u32,
     /// Version of ratelab.
     pub ratelab: String,
-    /// The engine of the plant, with its version; see [`RobotInfo::engine`](ratelab_system::RobotInfo::engine).
+    /// The engine of the plant, with its version; see
+    /// [`RobotInfo::engine`](ratelab_system::RobotInfo::engine).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub engine: Option<String>,
     /// Processor and operating system, such as `x86_64-linux`: the last bit of

@@ -183,9 +183,10 @@ pub struct VerifyWith {
     pub asks: bool,
 }
 
-/// Runs the recorded run of `system` again with its commands, in the recorded order where
-/// it was under the real clock, and compares the graph, every message, every tick, every
-/// event and the end. What does not come of it, such as wall time, has a digest. `watch` looks on now and then, and ends the comparison with a break.
+/// Runs the recorded run of `system` again with its commands, in the recorded order where it was
+/// under the real clock, and compares the graph, every message, every tick, every event and the
+/// end. What does not come of it, such as wall time, has a digest. `watch` looks on now and then,
+/// and ends the comparison with a break.
 ///
 /// # Errors
 /// [`VerifyError`] if it is not the same, or that cannot be known.

@@ -62,7 +62,7 @@ pub fn render(picture: Option<&Picture>, fit: PictureFit, verdict: &VerdictData,
         .map(|caption| Line::raw(with_signs(caption)));
     let room = pane.width().saturating_sub(1);
     pane.line(1, last, &side_by_side(captions, CAPTION_GAP, room, theme));
-    if let Some(drawing) = Drawing::new(picture, fit, (lost, theme), rows(pane.area, 0, last)) {
+    if let Some(drawing) = Drawing::new(picture, fit, lost, theme, rows(pane.area, 0, last)) {
         drawing.draw(picture, &mut pane);
     }
 }
@@ -97,7 +97,8 @@ impl<'t> Drawing<'t> {
     fn new(
         picture: &Picture,
         fit: PictureFit,
-        (lost, theme): (bool, &'t Theme),
+        lost: bool,
+        theme: &'t Theme,
         area: Rect,
     ) -> Option<Self> {
         let spare = usize::from(area.height > WITH_LABELS);
