@@ -1,10 +1,10 @@
-//! Trials of what fixes a run, in the background.
+//! Trials of what fixes a run, in the background, and what is said of them.
 
 use ratelab::Knob;
-use ratelab_experiment::cause::{Trial, Tried};
+use ratelab_experiment::cause::{CauseLine, Remedy, Trial, Tried};
 use ratelab_system::{Setup, WorldKind};
 
-use crate::asked::Asked;
+use crate::{asked::Asked, knobs::RATE_KEYS};
 
 /// A run and the cures that are tried in it.
 type CuredRun = (Setup, WorldKind, Vec<Knob>);
@@ -26,6 +26,30 @@ impl CureTrials {
         self.receive(over);
         self.answer_to(&run)?.as_ref()
     }
+}
+
+/// Returns the sentence on a cause; `live` with the keys that turn what helps.
+pub fn told(line: CauseLine, live: bool) -> String {
+    let text = line.text;
+    let advice = line.remedy.and_then(|remedy| match remedy {
+        Remedy::Turn(knob, effect) => Some(effect.told(&typed(&knob, live))),
+        Remedy::Raise { place, name } if live => {
+            Some(format!("{} raises {name}", RATE_KEYS[place]))
+        }
+        Remedy::Raise { name, .. } => Some(format!("raise {name}")),
+        Remedy::OtherMessage => live.then(|| "p takes another".to_owned()),
+        Remedy::Known(said) => Some(said),
+    });
+    match advice {
+        Some(advice) => format!("{text}. {advice}"),
+        None => text,
+    }
+}
+
+/// Returns a knob as it is typed: `live` with the key of the prompt.
+fn typed(knob: &Knob, live: bool) -> String {
+    let key = if live { ":" } else { "" };
+    format!("{key}{knob}")
 }
 
 #[cfg(test)]
