@@ -90,7 +90,7 @@ pub fn branch(program: &Program, args: &BranchArgs) -> Result<(), Error> {
     ];
     lines.extend(ages::lines(&ages, |_| true));
     let data = json!({
-        "age_parts": ages::json(&ages),
+        "age_parts": ages::figures(&ages),
         "branch": result(&verdict),
         "knobs": args.knob,
         "left_at_s": change.at.as_secs_f64(),

@@ -7,7 +7,7 @@ use ratelab_experiment::{
     Experiment,
     sweep::{Sweep, all_cores},
 };
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use super::rounded;
 use crate::error::Error;
@@ -106,15 +106,29 @@ impl PhaseSpread {
     }
 
     /// Returns the spread, for programs.
-    pub fn json(&self) -> Value {
+    pub fn figures(&self) -> PhaseFigures<'_> {
         let ages = self.spread().map(|ages| ages.map(rounded));
-        json!({
-            "runs": self.runs,
-            "mean_push_age_ms": ages.map(|[min, median, max]| {
-                json!({ "min": min, "median": median, "max": max })
-            }),
-            "verdicts": self.verdicts,
-            "worst": self.worst,
-        })
+        PhaseFigures {
+            runs: self.runs,
+            mean_push_age_ms: ages.map(|[min, median, max]| SpreadFigures { min, median, max }),
+            verdicts: &self.verdicts,
+            worst: &self.worst,
+        }
     }
+}
+
+/// The spread over phases, for programs.
+#[derive(Serialize)]
+pub struct PhaseFigures<'a> {
+    runs: usize,
+    mean_push_age_ms: Option<SpreadFigures>,
+    verdicts: &'a BTreeMap<String, usize>,
+    worst: &'a [String],
+}
+
+#[derive(Serialize)]
+struct SpreadFigures {
+    min: f64,
+    median: f64,
+    max: f64,
 }
