@@ -167,7 +167,7 @@ impl DataChain {
             limit,
             bag: None,
             missed: kind("missed", format!("{name} {older}")),
-            silent: kind("silent", format!("no data came through {name}")),
+            silent: kind("silent", format!("no data on chain {name}")),
         }
     }
 
@@ -282,16 +282,15 @@ impl DataChain {
     }
 
     /// Returns its data age up to run time `at` in words, from the newest message on [`CHAINS`] and
-    /// the
-    /// `silence` of the run.
+    /// the `silence` of the run.
     pub fn line(&self, at: Time, row: &[f64], silence: &Silence<'_>) -> String {
         let name = &self.name;
         let Some(figures) = self.figures(at, row) else {
             let why = self.without_data(at, row, silence);
-            return format!("{name} {}", why.unwrap_or_default());
+            return format!("{name}: {}", why.unwrap_or_default());
         };
         let [mean, greatest] = [figures.mean, figures.greatest].map(millis::text);
-        let ages = format!("{name} data age mean {mean} ms, greatest {greatest} ms");
+        let ages = format!("{name}: data age mean {mean} ms, greatest {greatest} ms");
         let Some(limit) = self.limit else {
             return ages;
         };
