@@ -30,17 +30,17 @@
 //!
 //! # To read it
 //!
-//! From the ground up, where each imports only earlier ones: `time`, `qos`, `millis`, `alternatives`, `sync`; `rate`,
+//! From the ground up, where each imports only earlier ones: `time`, `qos`, `millis`, `sync`; `rate`,
 //! `record`, `arrival`; `journal`, `shared`; `settings`; `control`; `topic`; `trigger`; `node`;
 //! `scheduling`; `graph`; `clock`.
 //!
 //! | | files | so that you know |
 //! |---|---|---|
-//! | first | `time.rs`, `rate.rs`, `node/mod.rs`; `topic/` but for `any.rs`, `transit.rs`, `link_channel.rs` and `intake.rs`; `graph/mod.rs` to the end of `Graph::add`, and `graph/wiring.rs` | the three primitives, how they are wired, the way of a message |
+//! | first | `time.rs`, `rate.rs`, `node/mod.rs`; `topic/` but for `link_channel.rs` and `intake.rs`; `graph/mod.rs` to the end of `Graph::add`, and `graph/wiring.rs` | the three primitives, how they are wired, the way of a message |
 //! | then | `node/job.rs`; `scheduling/timetable.rs`, `own.rs`, `task.rs`, `task_set.rs`, `agenda.rs` and `schedule.rs` there; `node/slot.rs`, `node/tick.rs`, `clock/virtual_time.rs`, `record.rs` | a run, and what it leaves |
-//! | for costs and clocks | `settings/draw.rs`, `chance.rs`, `cost.rs`, `overrun.rs`, `local_clock.rs` there | what ticks take, and when they are due |
-//! | for links | `settings/link.rs`, `topic/link_channel.rs`, `topic/transit.rs` | what is between a publisher and its readers |
-//! | for triggers | `arrival.rs`, `topic/readers.rs`, `topic/intake.rs`, `trigger/`, `scheduling/release.rs`, `graph/triggers.rs` | how messages have a node tick |
+//! | for costs and clocks | `settings/draw.rs`, `chance.rs`, `release.rs`, `local_clock.rs` there | what ticks take, and when they are due |
+//! | for links | `settings/link.rs`, `topic/link_channel.rs` | what is between a publisher and its readers |
+//! | for triggers | `arrival.rs`, `settings/release.rs`, `topic/intake.rs`, `trigger/`, `graph/new_node.rs` | how messages have a node tick |
 //! | for commands | `control/`, then `clock/obey.rs`, `graph/control.rs`, `scheduling/node_knobs.rs` | how a run is changed, who carries a command out, and what is logged of it |
 //! | for executors | `scheduling/executors/`, `graph/executors.rs` | how several nodes share threads, and in which order |
 //! | for threads | `clock/task_sets.rs`, `clock/worker.rs`, then `crates/real-clock` | the same schedule under another clock |
@@ -58,8 +58,8 @@
 //! | loss or delay of a link (no duplicates) | a row of `PARTS` in `settings/link.rs` with a field of `Link`, and `LinkChannel` in `topic/link_channel.rs`: what is lost in `time_lost`, when the rest arrives in `deliver_at` | `burst` there |
 //! | distribution of durations | `settings/draw.rs`: costs and lateness have it at once, links too unless it needs a file | `Uniform` there |
 //! | order of callbacks in an executor | a file in `scheduling/executors/`, named in `mod.rs` there, and a row of `KINDS` in `executor.rs` there | `events.rs` |
-//! | rule for messages of several topics | `settings/matching.rs` for its text, `trigger/matcher.rs` for the rule | `Stamped` there |
-//! | setting or fault of a node or topic | a row of the table in `control/knob.rs`, and whoever obeys it: `scheduling/task.rs`, or `topic/any.rs`. A value of a new type needs a place in `settings/` and `control/knob_part.rs`; a fault that keeps a node from ticking also `scheduling/own.rs` and `executors/ordered.rs` | `hang`, `wakes`, `crash` |
+//! | rule for messages of several topics | `settings/release.rs` for its text, `trigger/mod.rs` for the rule | `Stamped` there |
+//! | setting or fault of a node or topic | a row of the table in `control/knob.rs`, and whoever obeys it: `scheduling/task.rs`, or `topic/mod.rs`. A value of a new type needs a place in `settings/` and `control/knob_part.rs`; a fault that keeps a node from ticking also `scheduling/own.rs` and `executors/ordered.rs` | `hang`, `wakes`, `crash` |
 //!
 //! # How a run goes
 //!
@@ -104,7 +104,6 @@
 
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 
-mod alternatives;
 mod arrival;
 pub mod clock;
 mod control;
@@ -123,14 +122,12 @@ mod time;
 mod topic;
 mod trigger;
 
-pub use alternatives::alternatives;
 pub use clock::{Clock, ClockExit, RunError, VirtualClock, run};
 pub use control::{
-    command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand},
+    command::{ClockKind, Command, KnobRefusal, Pace, Speed, SpeedError, TimedCommand},
     event::{Event, EventKind},
     inbox::{Inbox, Interrupt},
     knob::{Knob, KnobError, KnobKind, TickTiming, TimedKnob},
-    refusal::KnobRefusal,
     state::{RunState, Status},
 };
 pub use graph::{Graph, GraphError, NodeTopology, TopicTopology, Topology, Wiring};
@@ -142,23 +139,18 @@ pub use rate::{Rate, hyper_period};
 pub use record::{
     Derived, Head, MessageId, MeterRecorder, NodeRecord, Push, Sink, TickId, TickTimes, TopicRecord,
 };
-pub use scheduling::{
-    Release,
-    executors::{
-        callback::Callback,
-        executor::{Executor, ExecutorError, ExecutorKind},
-    },
+pub use scheduling::executors::{
+    executor::{Executor, ExecutorError, ExecutorKind},
+    ordered::Callback,
 };
 pub use settings::{
     chance::Chance,
-    cost::Cost,
     digest::{Digest, DigestError},
-    draw::{Draw, Measurements},
-    error::SettingError,
+    draw::{Cost, Draw, Measurements},
+    error::{SettingError, alternatives},
     link::{Burst, Link, LinkError},
     local_clock::ClockError,
-    matching::Match,
-    overrun::Overrun,
+    release::{Match, Overrun, Release},
 };
 pub use shared::{Shared, SharedGuard};
 pub use time::{Hz, HzError, Time, TimeError};

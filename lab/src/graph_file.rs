@@ -13,7 +13,11 @@ use ratelab_system::{
 };
 use serde_json::{Map, Value, json};
 
-use crate::{error::Error, output::note, plants, program::Program};
+use crate::{
+    error::Error,
+    output::note,
+    program::{Program, known_plants},
+};
 
 /// Returns `program` with the system of the graph file at `path`, changed by `with`, which may have
 /// its own system in the middle.
@@ -76,7 +80,7 @@ impl Program {
             .map_err(wrong)?
             .map_settings(|knob| with_durations_in(&self.folder, knob))
             .map_err(wrong)?;
-        let known = plants::known(&graph, &self.folder, &self.built_in).map_err(wrong)?;
+        let known = known_plants(&graph, &self.folder, &self.built_in).map_err(wrong)?;
         let system = graph.system(&known).map_err(wrong)?;
         system.check_settings().map_err(wrong)?;
         let program = Self {

@@ -52,7 +52,6 @@ mod network;
 mod options;
 mod other_runtime;
 mod output;
-mod plants;
 mod predictions;
 mod program;
 mod reading;

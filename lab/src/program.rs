@@ -1,4 +1,5 @@
-//! The program: its system, its name, its version, its command lines.
+//! The program: its system, its name, its version, its command lines; and the robots of graph files, loaded
+//! from their models or from recordings.
 
 use std::{
     env,
@@ -7,12 +8,14 @@ use std::{
 };
 
 use ratelab_cart_pole::{mujoco_version, policy::RUNS_ONNX};
+use ratelab_plant::RobotPlant;
 use ratelab_recording::{Recording, rrd::rerun_version};
-use ratelab_system::{KnobText, System};
+use ratelab_system::{
+    KnobText, System,
+    graph_file::{GraphFile, GraphFileError},
+};
 
 use crate::summary::text::line;
-
-use crate::plants;
 
 /// The command for one system.
 #[derive(Clone)]
@@ -46,7 +49,7 @@ impl Program {
 
     /// Returns the program for `recording`: of another system if that has a graph file.
     pub fn for_recording(&self, recording: &Recording) -> Self {
-        let graph = recording.graph_system(&plants::recorded(recording, &self.built_in));
+        let graph = recording.graph_system(&recorded_plant(recording, &self.built_in));
         Self {
             course: self.course && graph.is_none(),
             built_in: self.built_in.clone(),
@@ -135,4 +138,36 @@ pub fn long(program: &Program) -> String {
     ]
     .map(|(name, fact)| line(name, fact));
     format!("{}\n{}", version(program), facts.join("\n"))
+}
+
+/// Returns the systems that `graph` may have in its middle: the built-in one, and its plant with
+/// files in `folder` or below.
+///
+/// # Errors
+/// [`GraphFileError`] with the key that is wrong.
+pub fn known_plants(
+    graph: &GraphFile,
+    folder: &Path,
+    built_in: &Arc<dyn System>,
+) -> Result<Vec<Arc<dyn System>>, GraphFileError> {
+    let mut known = vec![built_in.clone()];
+    if let Some(spec) = graph.plant() {
+        // An empty path means the current folder, which is opened as `.`.
+        let plant = RobotPlant::load(&folder.join("."), spec);
+        let plant =
+            plant.map_err(|defect| graph.plant_error(defect.key, defect.item, defect.what))?;
+        known.push(Arc::new(plant));
+    }
+    Ok(known)
+}
+
+/// Returns the systems that the graph of `recording` may have in its middle; its plant needs no file.
+fn recorded_plant(recording: &Recording, built_in: &Arc<dyn System>) -> Vec<Arc<dyn System>> {
+    let origin = &recording.origin;
+    let plant = || {
+        let graph = GraphFile::parse(origin.graph_file.as_ref()?).ok()?;
+        let plant = RobotPlant::recorded(origin.plant.as_ref()?, graph.plant()?);
+        Some(Arc::new(plant.ok()?) as Arc<dyn System>)
+    };
+    [built_in.clone()].into_iter().chain(plant()).collect()
 }

@@ -11,8 +11,6 @@
 //! are due together see the same world, and the run time of a command is enough to repeat it.
 
 mod obey;
-mod pacer;
-mod shared_schedule;
 mod task_sets;
 mod virtual_time;
 mod wall;
@@ -22,16 +20,15 @@ pub use crate::{
     arrival::{Arrival, Wake},
     control::{
         inbox::{Received, Wait},
-        writer::RunWriter,
+        state::RunWriter,
     },
     node::JobKind,
 };
 pub use obey::{Obeyed, Supervision, obey_at_rest};
-pub use shared_schedule::CoreClaim;
 pub use task_sets::{TaskSets, ThreadGroup};
 pub use virtual_time::{RunError, VirtualClock};
 pub use wall::Wall;
-pub use worker::{LookResult, Outcome, Worker};
+pub use worker::{CoreClaim, LookResult, Outcome, Worker};
 
 use crate::{
     control::{command::ClockKind, event::EventKind, inbox::Inbox},

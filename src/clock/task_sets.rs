@@ -4,15 +4,14 @@ use std::mem::take;
 
 use super::{
     obey::Supervision,
-    shared_schedule::{CoreClaim, SharedSchedule},
-    worker::Worker,
+    worker::{CoreClaim, SharedSchedule, Worker},
 };
 use crate::{
     arrival::{Arrival, Arrivals, Wake},
     graph::Graph,
     scheduling::{
         Schedule, TaskSet,
-        executors::{executor::Threads, team::Team},
+        executors::executor::{Team, Threads},
     },
     sync::Arc,
 };

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::{Clock, ClockExit, note_end, obey::obey_at_rest, pacer::Pacer};
+use super::{Clock, ClockExit, note_end, obey::obey_at_rest, wall::Pacer};
 use crate::{
     control::{
         command::{ClockKind, Command},

@@ -7,11 +7,15 @@ use thiserror::Error;
 
 use super::knob_part::KnobPart;
 use crate::{
-    alternatives::alternatives,
     millis,
     qos::{Depth, ReadOrder},
     settings::{
-        as_text, cost::Cost, draw::Draw, link::Link, local_clock::ClockError, overrun::Overrun,
+        as_text,
+        draw::{Cost, Draw},
+        error::alternatives,
+        link::Link,
+        local_clock::ClockError,
+        release::Overrun,
     },
     time::{Hz, Time},
 };

@@ -5,7 +5,12 @@ use std::{str::FromStr, time::Duration};
 use crate::{
     millis,
     qos::{Depth, ReadOrder},
-    settings::{cost::Cost, draw::Draw, link::Link, local_clock::ClockError, overrun::Overrun},
+    settings::{
+        draw::{Cost, Draw},
+        link::Link,
+        local_clock::ClockError,
+        release::Overrun,
+    },
     time::Hz,
 };
 

@@ -6,6 +6,4 @@ pub mod event;
 pub mod inbox;
 pub mod knob;
 mod knob_part;
-pub mod refusal;
 pub mod state;
-pub mod writer;

@@ -6,7 +6,11 @@ use super::{
 };
 use crate::{
     arrival::Arrival,
-    control::{knob::Knob, refusal::KnobRefusal, state::Status, writer::RunWriter},
+    control::{
+        command::KnobRefusal,
+        knob::Knob,
+        state::{RunWriter, Status},
+    },
     record::RecordSender,
     settings::draw::Draw,
     sync::Arc,

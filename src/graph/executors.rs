@@ -6,9 +6,8 @@ use crate::{
     scheduling::{
         TaskSet,
         executors::{
-            callback::Callback,
-            executor::{Executor, Threads},
-            team::Team,
+            executor::{Executor, Team, Threads},
+            ordered::Callback,
         },
     },
     sync::Arc,

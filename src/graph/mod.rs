@@ -7,7 +7,6 @@ mod control;
 mod executors;
 mod new_node;
 mod topology;
-mod triggers;
 mod wiring;
 
 use std::convert::Infallible;
@@ -23,17 +22,16 @@ pub use self::{
 use crate::{
     arrival::{Arrival, Arrivals},
     control::{
-        command::{ClockKind, Speed},
+        command::{ClockKind, KnobRefusal, Speed},
         knob::Knob,
-        refusal::KnobRefusal,
-        state::{RunState, Status},
-        writer::RunWriter,
+        state::{RunState, RunWriter, Status},
     },
     node::{Node, NodeSlot, Rebuild, Tick},
     qos::Depth,
     rate::Rate,
     record::{RecordSender, Sink},
-    scheduling::{Release, Schedule, Task, TaskSet},
+    scheduling::{Schedule, Task, TaskSet},
+    settings::release::Release,
     sync::{Arc, Mutex, get_mut, lock},
     time::{HzError, Time},
     topic::{Payload, Topic},
@@ -239,7 +237,7 @@ impl Graph {
             ends,
             ..
         } = wiring;
-        triggers::check(&self.control, new, (&triggers, &publishes))?;
+        new_node::check(&self.control, new, (&triggers, &publishes))?;
         self.control.connect(index, topics, (&publishes, &reads))?;
         let topology = new.topology(triggers, ends.meters.clone());
         self.control.nodes.push(topology);

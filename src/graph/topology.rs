@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     qos::Depth,
-    settings::{as_text, matching::Match},
+    settings::{as_text, release::Match},
     time::Hz,
 };
 

@@ -1,8 +1,14 @@
-//! What a node is to do.
+//! What a node is to do, and how long its last tick took.
 
 use std::time::Duration;
 
-use crate::time::Time;
+use crate::{
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+    time::Time,
+};
 
 /// What a node is to do. It has the size of two words, because it is handed from function to
 /// function in every tick.
@@ -72,4 +78,30 @@ pub(crate) struct WorkTimes {
     pub(crate) missed_before: Time,
     /// Its duration, if that was measured.
     pub(crate) took: Option<Duration>,
+}
+
+/// Tells a node how long its last tick took, in run time: what it is set to take, or under
+/// the real clock what it took; see [`Wiring::last_tick`](crate::Wiring::last_tick). A run
+/// that is executed again has the same durations.
+#[derive(Clone, Debug)]
+pub struct LastTick(Arc<AtomicU64>);
+
+impl LastTick {
+    /// No tick is over.
+    const NONE: u64 = u64::MAX;
+
+    pub(crate) fn new() -> Self {
+        Self(Arc::new(AtomicU64::new(Self::NONE)))
+    }
+
+    pub(crate) fn set(&self, took: Duration) {
+        let nanos = u64::try_from(took.as_nanos()).unwrap_or(Self::NONE - 1);
+        self.0.store(nanos, Ordering::Relaxed);
+    }
+
+    /// Returns the duration of the tick that was over since the last call, if one was.
+    pub fn take(&self) -> Option<Duration> {
+        let nanos = self.0.swap(Self::NONE, Ordering::Relaxed);
+        (nanos != Self::NONE).then(|| Duration::from_nanos(nanos))
+    }
 }

@@ -1,20 +1,20 @@
 //! Work tied to a rate.
 
 mod job;
-mod last_tick;
 mod slot;
-mod stamp_clock;
 mod tick;
 
 use std::error::Error;
 
 use thiserror::Error;
 
-pub use self::{job::JobKind, last_tick::LastTick, tick::Tick};
 pub(crate) use self::{
     job::{Job, WorkTimes},
     slot::{Ends, Fixed, NodeSlot, Rebuild},
-    stamp_clock::StampClock,
+};
+pub use self::{
+    job::{JobKind, LastTick},
+    tick::Tick,
 };
 
 use crate::time::Time;

@@ -7,17 +7,16 @@ use std::{
 
 use super::{
     Flow, Node, NodeCrash, NodeError, Panicked, TickResult,
-    job::{Job, JobKind, WorkTimes},
-    last_tick::LastTick,
-    stamp_clock::StampClock,
+    job::{Job, JobKind, LastTick, WorkTimes},
     tick::Tick,
 };
 use crate::{
     control::{
+        command::KnobRefusal,
         knob::{Knob, KnobKind},
-        refusal::KnobRefusal,
     },
     record::{NodeRecord, RecordSender, TickTimes},
+    settings::local_clock::StampClock,
     sync::Arc,
     time::Time,
 };

@@ -2,9 +2,9 @@
 
 use std::{fmt, time::Duration};
 
-use super::stamp_clock::StampClock;
 use crate::{
     record::{Derived, NodeRecord, Push, RecordSender, TickId},
+    settings::local_clock::StampClock,
     sync::Arc,
     time::Time,
     topic::{Cause, Message, Payload, Publication, Publisher, SourceRank, Subscription},

@@ -14,13 +14,11 @@ mod agenda;
 pub(crate) mod executors;
 mod node_knobs;
 mod own;
-mod release;
 mod schedule;
 mod task;
 mod task_set;
 mod timetable;
 
-pub use release::Release;
 pub(crate) use schedule::{Assignment, Schedule};
 pub(crate) use task::Task;
 pub(crate) use task_set::TaskSet;

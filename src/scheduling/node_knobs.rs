@@ -5,7 +5,7 @@ use super::{
     timetable::{Member, SchedulerEvent},
 };
 use crate::{
-    control::{event::EventKind, knob::Knob, refusal::KnobRefusal, writer::RunWriter},
+    control::{command::KnobRefusal, event::EventKind, knob::Knob, state::RunWriter},
     node::{Fault, Flow, NodeCrash, NodeSlot, TickResult},
     record::NodeRecord,
     time::Time,

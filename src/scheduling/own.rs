@@ -7,9 +7,8 @@ use super::{
 };
 use crate::{
     control::{
-        command::ClockKind,
+        command::{ClockKind, KnobRefusal},
         knob::{Knob, KnobKind, TickTiming},
-        refusal::KnobRefusal,
     },
     node::{Job, JobKind},
     time::Time,

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     arrival::Arrival,
-    control::{command::ClockKind, writer::RunWriter},
+    control::{command::ClockKind, state::RunWriter},
     journal::AfterEnd,
     node::{Fault, Flow, Job, JobKind, NodeSlot, TickResult, WorkTimes},
     time::Time,

@@ -5,13 +5,17 @@ use std::{collections::VecDeque, time::Duration};
 use super::timetable::{TaskState, Timetable};
 use crate::{
     control::{
-        command::ClockKind,
+        command::{ClockKind, KnobRefusal},
         knob::{Knob, KnobKind, TickTiming},
-        refusal::KnobRefusal,
     },
     node::JobKind,
     rate::Rate,
-    settings::{chance::Chance, cost::Cost, draw::Draw, local_clock::LocalClock, overrun::Overrun},
+    settings::{
+        chance::Chance,
+        draw::{Cost, Draw},
+        local_clock::LocalClock,
+        release::Overrun,
+    },
     sync::Arc,
     time::{Hz, Time},
     trigger::Trigger,

@@ -8,16 +8,15 @@ use std::collections::BTreeSet;
 
 use super::{
     executors::{
-        executor::Threads,
+        executor::{Team, Threads},
         ordered::{CallbackOrder, Ordered},
-        team::Team,
     },
     own::Own,
     task::Task,
     timetable::{Member, SchedulerEvent, TaskState, Timetable},
 };
 use crate::{
-    control::{knob::Knob, refusal::KnobRefusal},
+    control::{command::KnobRefusal, knob::Knob},
     node::Job,
     sync::Arc,
     time::Time,

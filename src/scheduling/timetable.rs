@@ -5,9 +5,9 @@ use std::time::Duration;
 use super::agenda::{Agenda, Phase};
 use crate::{
     control::command::ClockKind,
-    node::{Job, StampClock},
+    node::Job,
     record::{NodeRecord, RecordSender},
-    settings::local_clock::LocalClock,
+    settings::local_clock::{LocalClock, StampClock},
     sync::Arc,
     time::{Hz, Time},
 };

@@ -1,4 +1,6 @@
-//! Texts that are not valid settings.
+//! Texts that are not valid settings, and the names that are, in a sentence.
+
+use std::borrow::Borrow;
 
 use thiserror::Error;
 
@@ -86,4 +88,14 @@ pub enum SettingError {
     /// A match with an interval that is not a duration.
     #[error("{0:?} is not a way to match messages: {1}")]
     MatchInterval(String, MillisError),
+}
+
+/// Returns names as alternatives: `a, b or c`.
+pub fn alternatives<S: Borrow<str>>(names: &[S]) -> String {
+    match names {
+        [others @ .., last] if !others.is_empty() => {
+            format!("{} or {}", others.join(", "), last.borrow())
+        }
+        names => names.concat(),
+    }
 }

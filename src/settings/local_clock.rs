@@ -1,9 +1,16 @@
-//! A node's own clock, with an error.
+//! A node's own clock, with an error, and the stamps that it gives.
 
 use std::{fmt, str::FromStr, time::Duration};
 
 use super::error::{MAX_DRIFT_PPM, MAX_OFFSET_MS, SettingError};
-use crate::time::Time;
+use crate::{
+    sync::{
+        Mutex,
+        atomic::{AtomicBool, Ordering},
+        lock,
+    },
+    time::Time,
+};
 
 /// A drift of one, in units of 10⁻¹².
 const ONE: i128 = 1_000_000_000_000;
@@ -144,4 +151,29 @@ impl LocalClock {
 
 fn time(nanos: i128) -> Time {
     Time::from_nanos(u64::try_from(nanos.max(0)).unwrap_or(u64::MAX))
+}
+
+/// The clock by which a node stamps its messages: run time, until it gets one of its own.
+#[derive(Debug, Default)]
+pub(crate) struct StampClock {
+    is_own: AtomicBool,
+    clock: Mutex<LocalClock>,
+}
+
+impl StampClock {
+    /// Shows what `clock` shows from now on.
+    pub(crate) fn set(&self, clock: LocalClock) {
+        *lock(&self.clock) = clock;
+        self.is_own.store(true, Ordering::Relaxed);
+    }
+
+    /// Returns what it shows at run time `now`.
+    #[inline]
+    pub(crate) fn shows(&self, now: Time) -> Time {
+        if self.is_own.load(Ordering::Relaxed) {
+            lock(&self.clock).shows(now)
+        } else {
+            now
+        }
+    }
 }

@@ -9,8 +9,7 @@ use std::collections::VecDeque;
 use super::{
     Subscription, Topic,
     message::Payload,
-    queue::Bus,
-    readers::{TopicReader, TriggerEnd},
+    queue::{Bus, TopicReader, TriggerEnd},
 };
 use crate::{arrival::Arrivals, record::TopicRecord, sync::Arc, time::Time};
 

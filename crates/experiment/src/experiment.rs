@@ -30,12 +30,12 @@ use ratelab::{
 use ratelab_metrics::{Observer, Rows, TapHandle};
 use ratelab_re_execution::RunLog;
 use ratelab_real_clock::RealClock;
-
-use crate::{Config, Summary, Taps, ages::AgeWatch, part};
 use ratelab_system::{
-    AnswersOfNodes, BuildError, BuildInputs, BuiltGraph, MeanCost, RunTally, Setup, System,
+    AnswersOfNodes, BuildError, BuildInputs, BuiltGraph, Group, MeanCost, RunTally, Setup, System,
     WorldKind,
 };
+
+use crate::{Config, Summary, Taps, ages::AgeWatch};
 
 /// The graph of a system, ready to run once.
 pub struct Experiment {
@@ -137,7 +137,7 @@ impl Experiment {
         let part = Self::built(system, config, Default::default(), Some(here))?;
         let graph = part.graph.topology();
         let names: Vec<&str> = graph.nodes.iter().map(|node| &*node.name).collect();
-        let refused = part::check(&part.system.groups(), &names, here);
+        let refused = refusal_of_part(&part.system.groups(), &names, here);
         refused.map_or(Ok(part), |why| Err(BuildError::Setting(why)))
     }
 
@@ -337,4 +337,29 @@ pub fn own_world(system: &Arc<dyn System>, config: &Config) -> Option<WorldKind>
     };
     let built = Experiment::new(system.clone(), &own);
     built.is_ok().then_some(WorldKind::OWN)
+}
+
+/// Returns the reason why the nodes named in `here` cannot be a process of their own, of all nodes
+/// `names`, if there is one.
+fn refusal_of_part(groups: &[Group], names: &[&str], here: &[String]) -> Option<String> {
+    let is_here = |name: &str| here.iter().any(|node| node == name);
+    if let Some(unknown) = here.iter().find(|node| !names.contains(&node.as_str())) {
+        let known = names.join(", ");
+        return Some(format!(
+            "there is no node {unknown:?}: expected some of {known}"
+        ));
+    }
+    for Group { name, nodes } in groups {
+        let (in_here, away): (Vec<&str>, Vec<&str>) = nodes
+            .iter()
+            .map(String::as_str)
+            .filter(|node| names.contains(node))
+            .partition(|node| is_here(node));
+        if let (Some(here), Some(away)) = (in_here.first(), away.first()) {
+            return Some(format!(
+                "{here} and {away} share the {name}: run them in one process, as {name}"
+            ));
+        }
+    }
+    None
 }

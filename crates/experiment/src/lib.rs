@@ -19,7 +19,6 @@ mod experiment;
 pub mod hunt;
 pub mod millis;
 pub mod parallel;
-mod part;
 mod phases;
 mod step_csv;
 mod summary;

@@ -7,7 +7,7 @@
 //! and the parts of its age, from either.
 //!
 //! Stands on `ratelab`; a run knows nothing of it, and one that nobody looks at
-//! pays nothing for it. Begin with [`Observer::new`], then `accounts.rs`.
+//! pays nothing for it. Begin with `accounts.rs`.
 
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 
@@ -16,32 +16,24 @@ mod distribution;
 mod fields;
 mod lineage;
 mod node;
-mod observer;
-mod recorded;
 mod replay_accounts;
-mod rows;
-mod run_rows;
 mod saw;
-mod sink;
 mod tap;
 mod tap_handle;
 mod topic;
-mod window;
 
-pub use accounts::Snapshot;
+pub use accounts::{Observer, Snapshot};
 pub use distribution::Distribution;
-pub use fields::Fields;
+pub use fields::{Fields, Rows};
 pub use lineage::{
     AgeOverTime, AgePart, AgeParts, AgeStage, Chain, Lineage, PushInForce, TickWait, TracedTick,
     WaitsFor, mean_parts, nanos, sensing_of,
 };
 pub use node::{NodeAccount, TickCauses, TickRecord, TopicRead};
-pub use observer::Observer;
-pub use recorded::{NamedTopic, RecordedTopic, RowInlet, RowListener, RowReader, RowTap};
 pub use replay_accounts::ReplayAccounts;
-pub use rows::Rows;
-pub use run_rows::RunRow;
 pub use saw::{LATELY, LateAge, PushAge, Saw};
 pub use tap::{Copies, Tap, TapMessage};
-pub use tap_handle::TapHandle;
+pub use tap_handle::{
+    NamedTopic, RecordedTopic, RowInlet, RowListener, RowReader, RowTap, RunRow, TapHandle,
+};
 pub use topic::{Flight, ReaderAccount, TopicAccount};

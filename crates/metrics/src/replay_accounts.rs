@@ -12,9 +12,8 @@ use ratelab::{
 };
 
 use crate::{
-    accounts::Accounts,
+    accounts::{Accounts, Observer},
     node::{TickRecord, TopicRead},
-    observer::Observer,
     topic::TopicAccount,
 };
 

@@ -15,10 +15,10 @@ use crate::{
     key::{Keys, Of},
     machine::{self, ClockId},
     net,
-    offset::Estimate,
     peers::Peers,
     session::Settings,
     telemetry::{Answer, Batch, Info, Order},
+    times::Estimate,
 };
 
 /// Batches that may wait for the dashboard: ten seconds.

@@ -23,7 +23,6 @@ mod join;
 pub mod key;
 pub mod machine;
 mod net;
-pub mod offset;
 mod outlet;
 pub mod packet;
 mod part;

@@ -22,8 +22,8 @@ use crate::{
     key::{Keys, Of},
     machine::{self, ClockId, Nanos},
     net,
-    offset::{Offsets, RoundTrip},
     telemetry::{Answer, Info, Order},
+    times::{Offsets, RoundTrip},
 };
 
 /// Time between two round trips to another clock.

@@ -24,15 +24,11 @@
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 
 mod coder;
-mod entry;
-mod events;
 mod log;
 mod plan;
-mod play_error;
 mod players;
 mod re_execution;
 mod run_log;
-mod script;
 mod section;
 mod watch;
 

@@ -7,20 +7,48 @@ use std::{
 };
 
 use ratelab::{
-    ClockExit, Command, Fault, Time,
+    ClockExit, Command, Event, EventKind, Fault, Time,
     clock::{Obeyed, Outcome, RunWriter, Supervision, TaskSets, Worker},
     journal::{End, Entries, Entry, Following},
     sync::{Arc, spawn_named, thread},
 };
+use thiserror::Error;
 
-use super::{
-    entry::{LoggedEntry, took},
-    events::RecordedEvents,
-    plan::PlanStep,
-    play_error::PlayError,
-    script::Script,
-    watch::Watch,
+use crate::{
+    plan::{LoggedEntry, PlanStep, took},
+    watch::{Script, Watch},
 };
+
+/// The events of the recorded run, then the first events of a branch.
+#[derive(Debug)]
+pub(crate) struct RecordedEvents {
+    pub(crate) all: Vec<Event>,
+    /// Positions of the events that happened under the real clock.
+    pub(crate) known: BTreeSet<usize>,
+    /// Of these, commands that are refused again without a try.
+    pub(crate) refused: BTreeSet<usize>,
+}
+
+impl RecordedEvents {
+    /// Adds a command for run time `at`; returns its position.
+    pub(crate) fn add(&mut self, at: Time, command: Command) -> usize {
+        let what = EventKind::Applied { command, was: None };
+        self.all.push(Event { at, what });
+        self.all.len() - 1
+    }
+
+    /// Returns the command at a position, with the reason if it is to be refused as recorded.
+    pub(crate) fn command(&self, event: usize) -> Option<(&Command, Option<&str>)> {
+        match &self.all.get(event)?.what {
+            EventKind::Applied { command, .. } => Some((command, None)),
+            EventKind::Refused { command, reason } => {
+                let again = self.refused.contains(&event);
+                Some((command, again.then_some(&**reason)))
+            }
+            _ => None,
+        }
+    }
+}
 
 /// What all threads of a run know.
 #[derive(Clone, Copy)]
@@ -313,4 +341,35 @@ impl ThreadPlayer<'_> {
             before: name(recorded).to_owned(),
         })
     }
+}
+
+/// A difference from the recorded run.
+#[derive(Clone, Debug, Error)]
+pub enum PlayError {
+    /// A node ended the run, in these words.
+    #[error("{0}; the recorded run went on")]
+    Ended(String),
+    /// The run has not come to its recorded end.
+    #[error("it did not come to its recorded end, {0:?}")]
+    OtherEnd(End),
+    /// A thread that had ended goes on.
+    #[error("it had ended before")]
+    HadEnded,
+    /// A node without a thread.
+    #[error("it has no thread, and had one")]
+    NoThread,
+    /// A command for a node that does not exist.
+    #[error("it has no such node")]
+    NoNode,
+    /// An entry that no thread writes.
+    #[error("no thread can have done {0:?}")]
+    Impossible(Entry),
+    /// Another node had something to do.
+    #[error("{now} had something to do where {before} had in the recorded run")]
+    OtherNode {
+        /// The node of this run.
+        now: String,
+        /// The node of the recorded run.
+        before: String,
+    },
 }

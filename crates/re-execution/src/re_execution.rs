@@ -10,12 +10,12 @@ use ratelab::{
 };
 
 use super::{
-    events::RecordedEvents,
     log::{Log, LogError},
     players::{Players, RunView, refuse_again},
     section::{Overlap, Section, SectionReader, Stretch},
     watch::Watch,
 };
+use crate::players::RecordedEvents;
 
 /// Executes a run of the real clock again, in the recorded order and with the recorded times: on
 /// the same build and kind of machine it is the same run, to the bit, as long as its nodes share

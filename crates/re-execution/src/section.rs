@@ -10,10 +10,10 @@ use ratelab::{
 
 use super::{
     coder::Coder,
-    entry::LoggedEntry,
     log::{Log, LogError},
     plan::{Plan, PlanPart, Turns},
 };
+use crate::plan::LoggedEntry;
 
 /// A part of a run under the real clock.
 #[derive(Debug)]

@@ -10,9 +10,8 @@ use ratelab::{
 };
 
 use crate::{
-    core_share::{CoreShare, DeadlineRanks},
     mailbox::Post,
-    priority::{RealtimePriority, spare_cores},
+    priority::{CoreShare, DeadlineRanks, RealtimePriority, spare_cores},
     supervisor::{Report, StretchEnd, Supervisor},
     wall_thread::{Board, ThreadContext, WallThread},
 };

@@ -11,8 +11,7 @@
 //! | `supervisor.rs` | the calling thread: commands, reports, the end |
 //! | `wall_thread.rs` | a thread: look, work, wait |
 //! | `mailbox.rs` | what ends a wait: a message, a command, a stop |
-//! | `priority.rs` | real-time priority, cores |
-//! | `core_share.rs` | cores that threads share, by priority or by deadline |
+//! | `priority.rs` | real-time priority; cores that threads share, by priority or by deadline |
 //!
 //! Stands on `ratelab`, the core, as any clock does: it runs graphs through [`Clock`](ratelab::Clock).
 //! Begin with `clock.rs`.
@@ -20,7 +19,6 @@
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 
 mod clock;
-mod core_share;
 mod mailbox;
 mod priority;
 mod supervisor;

@@ -15,9 +15,8 @@ use ratelab::{
 };
 
 use crate::{
-    core_share::CoreShare,
     mailbox::Mailbox,
-    priority::{self, RealtimePriority},
+    priority::{self, CoreShare, RealtimePriority},
     supervisor::{Report, StretchEnd},
 };
 

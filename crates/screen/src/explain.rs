@@ -4,8 +4,8 @@ use super::{
     age::{AgeData, Strain},
     frame::{FrameData, NodeData, TopicData},
     panes::Pane,
-    sentence::ms,
 };
+use crate::age::ms;
 
 /// What an explanation must know besides the figures of a frame.
 #[derive(Clone, Copy, Debug, Default)]

@@ -1,10 +1,10 @@
-//! What a system says about its graph, as data.
+//! What a system says about its graph, as data, with rates that are fractions of others.
 
 use std::{borrow::Cow, fmt, sync::Arc};
 
-use ratelab::{Knob, TimedKnob};
+use ratelab::{Hz, Knob, TimedKnob};
 
-use super::{CHAINS, DataChain, Divider, FigureLimit, PlantRecord, Setup};
+use crate::{CHAINS, DataChain, FigureLimit, PlantRecord, Setup};
 
 /// The description of a [`System`](super::System). Each part may be left out.
 #[derive(Clone, Copy, Debug, Default)]
@@ -144,5 +144,47 @@ impl Signal {
     pub fn is_lost_at(&self, value: f64) -> bool {
         self.limits
             .is_some_and(|[least, greatest]| value < least || value > greatest)
+    }
+}
+
+/// A node that ticks once in some ticks of another one, as the controllers of a controller manager.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Divider {
+    /// Its name.
+    pub node: String,
+    /// Name of the other node.
+    pub of: String,
+    /// Number of the other node's ticks for each of its own.
+    pub by: u64,
+}
+
+impl Divider {
+    /// Returns the divider of `node` in a text such as `control / 10`; `None` if that is none.
+    pub fn parse(node: &str, text: &str) -> Option<Self> {
+        let (of, by) = text.split_once('/')?;
+        let by = by.trim().parse().ok().filter(|by| *by > 0)?;
+        Some(Self {
+            node: node.to_owned(),
+            of: of.trim().to_owned(),
+            by,
+        })
+    }
+
+    /// Returns its rate, rounded down to a microhertz, where the other node has the rate `of`;
+    /// `None` if that is below all rates.
+    pub fn rate(&self, of: Hz) -> Option<Hz> {
+        let micro = of.as_micro() / self.by;
+        (micro >= Hz::MIN.as_micro()).then(|| Hz::from_micro(micro))
+    }
+
+    /// Returns what follows from `knob` for the node.
+    pub fn follow(&self, knob: &Knob) -> Option<Knob> {
+        match knob {
+            Knob::Rate { node, hz } if *node == self.of => Some(Knob::Rate {
+                node: self.node.clone(),
+                hz: self.rate(*hz)?,
+            }),
+            _ => None,
+        }
     }
 }

@@ -1,10 +1,11 @@
-//! What the runs of a system are worth.
+//! What the runs of a system are worth: verdicts, limits for figures, and figures that it makes of their
+//! messages: counts, means, and what deviations cost long before a run is lost.
 
 use std::{borrow::Cow, fmt, time::Duration};
 
 use ratelab::{ClockExit, Time};
 
-use crate::{QuadraticCost, RunTally, Setup};
+use crate::Setup;
 
 /// Judges the runs of a [`System`](crate::System), which returns it from
 /// [`System::judge`](crate::System::judge).
@@ -174,5 +175,135 @@ impl AgeLimits {
     pub fn swings(self) -> Option<Duration> {
         let before = |grows: &Duration| self.falls.is_none_or(|falls| *grows < falls);
         self.grows.filter(before)
+    }
+}
+
+/// Adds up the messages of some recorded topics.
+pub trait RunTally: Send {
+    /// Returns the names of the topics.
+    fn topics(&self) -> &'static [&'static str];
+
+    /// Takes a message of `topic`, as its [`Fields`](ratelab_metrics::Fields).
+    fn message(&mut self, topic: &str, row: &[f64]);
+
+    /// Returns the figures so far.
+    fn figures(&self) -> Vec<SystemFigure>;
+}
+
+/// A figure of a whole run, for tables and programs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SystemFigure {
+    /// The block of figures that it belongs to; `None` for a figure on its own.
+    pub block: Option<&'static str>,
+    /// Name, such as `stalls`.
+    pub name: &'static str,
+    /// Its text for people, with `{}` for the value; empty for one that only programs need.
+    pub text: &'static str,
+    /// Value.
+    pub value: FigureValue,
+}
+
+impl SystemFigure {
+    /// Returns its text with the value in it; `None` without a text, or without a value.
+    pub fn shown(&self) -> Option<String> {
+        let value = match self.value {
+            FigureValue::Count(count) => count.to_string(),
+            FigureValue::Number(number) => format!("{:.3}", number?),
+        };
+        (!self.text.is_empty()).then(|| self.text.replace("{}", &value))
+    }
+}
+
+/// The value of a [`SystemFigure`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FigureValue {
+    /// A number of things.
+    Count(u64),
+    /// A quantity; `None` for a mean or a quantile of nothing.
+    Number(Option<f64>),
+}
+
+/// The weighted sum of squares by which a system judges the states of its plant.
+#[derive(Clone, Copy, Debug)]
+pub struct QuadraticCost {
+    /// The sum with its weights, for people, such as `(x/2.4 m)^2 + u^2`; in
+    /// ASCII.
+    pub sum: &'static str,
+    /// The sum at a message of the topic of states, given as its
+    /// [`Fields`](ratelab_metrics::Fields).
+    pub of_state: fn(&[f64]) -> f64,
+}
+
+/// The mean of a [`QuadraticCost`] over run time: a state counts for as long as it is
+/// the newest. Before the first there is no cost.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MeanCost {
+    first: Option<Time>,
+    since: Time,
+    newest: f64,
+    area: f64,
+}
+
+impl MeanCost {
+    /// At run time `now` a state comes that costs `cost`.
+    pub fn state(&mut self, now: Time, cost: f64) {
+        self.area = self.area_at(now);
+        self.first.get_or_insert(now);
+        (self.since, self.newest) = (now, cost);
+    }
+
+    /// Returns the mean until run time `end`; `None` if no time has passed since the first
+    /// state.
+    pub fn until(&self, end: Time) -> Option<f64> {
+        let time = end.since(self.first?).as_secs_f64();
+        (time > 0.0).then(|| self.area_at(end) / time)
+    }
+
+    fn area_at(&self, now: Time) -> f64 {
+        self.area + self.newest * now.since(self.since).as_secs_f64()
+    }
+}
+
+/// A limit for a figure of a run, which `ratelab check` compares it with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FigureLimit {
+    /// The figure, by its place in the metrics of a run, such as `nodes.detector.overruns`.
+    pub figure: String,
+    /// What it may be.
+    pub bound: Bound,
+    /// Line and column of its section in the graph file, counted from one.
+    pub place: [usize; 2],
+}
+
+/// What a figure may be, in its own unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bound {
+    /// This, or less.
+    AtMost(f64),
+    /// This, or more.
+    AtLeast(f64),
+}
+
+/// By how much a figure may be beyond its bound, as a share of that: some last digits of a double,
+/// which its sums and divisions round.
+const ROUNDING: f64 = 1e-14;
+
+impl Bound {
+    /// Returns whether `value` is within it. A figure that is equal to it is, however its sums are
+    /// rounded.
+    pub fn holds(self, value: f64) -> bool {
+        match self {
+            Self::AtMost(most) => value <= most + most.abs() * ROUNDING,
+            Self::AtLeast(least) => value >= least - least.abs() * ROUNDING,
+        }
+    }
+}
+
+impl fmt::Display for FigureLimit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.bound {
+            Bound::AtMost(most) => write!(f, "{} at most {most}", self.figure),
+            Bound::AtLeast(least) => write!(f, "{} at least {least}", self.figure),
+        }
     }
 }

@@ -54,31 +54,23 @@ mod builder;
 mod chain;
 mod chain_ages;
 mod chain_tracker;
-mod comment;
-mod divider;
-mod figure_limit;
 pub mod file;
 pub mod graph_file;
 mod judge;
 mod knob_text;
 mod knobs;
-mod library;
 pub mod measured;
 pub mod names;
 mod overload;
-mod plan_bars;
 mod planning;
-mod plant_record;
 mod robot;
-mod setup;
 mod system;
-mod tally;
 mod world;
 
 use ratelab::{GraphError, HzError};
 use thiserror::Error;
 
-pub use about::{About, Group, Signal, SignalValue};
+pub use about::{About, Divider, Group, Signal, SignalValue};
 pub(crate) use builder::ForwardingNode;
 pub use builder::{
     AnswersOfNodes, BuildInputs, Builder, BuiltGraph, RecordedAnswers, RecordedTopics, WORLD,
@@ -88,22 +80,20 @@ pub(crate) use chain::{Limit, figure_name};
 pub(crate) use chain_ages::{ChainAges, Numbers, chain_fields, peak};
 pub use chain_ages::{MAX_CHAINS, is_run_time};
 pub use chain_tracker::{ChainTracker, TopicChains};
-pub use divider::Divider;
-pub use figure_limit::{Bound, FigureLimit};
-pub use judge::{AgeLimits, Final, Judge, Verdict, VerdictKind};
+pub use judge::{
+    AgeLimits, Bound, FigureLimit, FigureValue, Final, Judge, MeanCost, QuadraticCost, RunTally,
+    SystemFigure, Verdict, VerdictKind,
+};
 pub use knob_text::{KnobText, KnobTextError};
-pub use knobs::{Alias, SystemKnobs};
-pub use library::LibraryGraph;
+pub use knobs::{Alias, Setup, SystemKnobs};
 pub use names::paced_node;
 pub use overload::overload;
 pub(crate) use overload::{FULL, cost_of, shortest_ms};
-pub use plan_bars::{BarPart, PlanBar, PlanBars};
-pub use planning::{ActionPlan, Planning, PlayStep, Spoiler};
-pub use plant_record::{GeomRecord, PlantRecord};
-pub use robot::{JointValues, Joints, Picture, RobotInfo, Shape, StateTable, Style};
-pub use setup::Setup;
-pub use system::{System, acting, plant};
-pub use tally::{FigureValue, MeanCost, QuadraticCost, RunTally, SystemFigure};
+pub use planning::{ActionPlan, BarPart, PlanBar, PlanBars, Planning, PlayStep, Spoiler};
+pub use robot::{
+    GeomRecord, JointValues, Joints, Picture, PlantRecord, RobotInfo, Shape, StateTable, Style,
+};
+pub use system::{LibraryGraph, System, acting, plant};
 pub use world::{
     SharedWorld, StepInput, StepMs, World, WorldError, WorldKind, depends_on_the_world,
 };

@@ -2,7 +2,7 @@
 //! states are written.
 
 use ratelab::Time;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{Planning, Setup};
 
@@ -172,4 +172,37 @@ pub struct Joints {
     /// The numbers of the message with this joint state; `None` if values are missing or
     /// not finite.
     pub to_row: fn(&JointValues) -> Option<Vec<f64>>,
+}
+
+/// A robot of an MJCF file with the reference that its runs begin at.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlantRecord {
+    /// Step of physics (ms).
+    pub step_ms: f64,
+    /// The compiled physics, as text.
+    pub model: String,
+    /// The positions of the reference.
+    pub positions: Vec<f64>,
+    /// The controls there.
+    pub controls: Vec<f64>,
+    /// The activations there.
+    pub activations: Vec<f64>,
+    /// What is drawn of the robot: none in recordings of early versions.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub geoms: Vec<GeomRecord>,
+}
+
+/// A part of a robot as it is drawn: the hull of its points, on a body that moves.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GeomRecord {
+    /// Index of its body in the model.
+    pub body: usize,
+    /// Points in the frame of that body (m); one of a plane.
+    pub points: Vec<[f64; 3]>,
+    /// Radius of the ball around each point (m).
+    #[serde(default)]
+    pub radius: f64,
+    /// The normal of a plane, in the same frame.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal: Option<[f64; 3]>,
 }

@@ -11,10 +11,9 @@ use ratelab_system::{BuildError, KnobTextError, graph_file::GraphFileError};
 use thiserror::Error;
 
 use super::{
-    brief::Brief,
+    brief::{Brief, PredictionPlace},
     expectations::{Check, Expectations, ExpectationsError, Measurement},
     prediction::Prediction,
-    table::PredictionPlace,
     unit::in_unit,
 };
 

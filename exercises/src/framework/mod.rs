@@ -5,19 +5,15 @@ mod answers;
 mod brief;
 mod exercise;
 mod expectations;
-mod mark;
 mod prediction;
 mod runs;
-mod table;
 mod unit;
 
-pub use answers::{Answers, AnswersError};
-pub use brief::{Brief, Range, Replies, Tolerance};
+pub use answers::{Answers, AnswersError, PredictionOrigin};
+pub use brief::{Brief, PredictionPlace, Range, Replies, Tolerance};
 pub use exercise::{Answer, Exercise, Failure, Findings};
 pub use expectations::{Check, Expectation, Expectations, ExpectationsError, Measurement};
-pub use mark::PredictionOrigin;
 pub use prediction::{Prediction, PredictionError};
-pub use table::PredictionPlace;
 
 pub(crate) use ratelab_experiment::Table;
 

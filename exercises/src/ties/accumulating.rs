@@ -4,7 +4,7 @@
 use ratelab::Time;
 use ratelab_cart_pole::CONTROL_HZ;
 
-use super::nodes::Nodes;
+use super::Nodes;
 use crate::framework::Failure;
 
 /// Ticks the nodes, with the policy at `control_hz`, in the order of their due times until

@@ -2,7 +2,6 @@
 
 mod course;
 mod examples;
-mod graph;
 mod graph_file;
 mod network;
 mod recordings;
@@ -25,20 +24,20 @@ pub use self::network::{NetworkArgs, ProcessArgs, RosArgs};
 pub use self::{
     course::{ExerciseArgs, GradeArgs, Label, Wanted},
     examples::EXAMPLES,
-    graph::{ClockArg, GraphArgs},
     graph_file::{NewArgs, is_graph_file, take as take_graph_file},
     network::{NodeArgs, UpArgs},
     recordings::{
         BranchArgs, ExportArgs, ExportWebArgs, InfoArgs, ReplayArgs, TableArgs, TraceArgs,
         VerifyArgs,
     },
-    run::{LabArgs, PlainRunArgs, RunArgs, ScreenArgs},
+    run::{
+        ClockArg, GraphArgs, LabArgs, PictureArgs, PlainRunArgs, RunArgs, ScreenArgs, TimingArgs,
+        WorldArg,
+    },
     sweep::{ByArg, SweepArgs},
     system::DEFAULT_RATES,
 };
-pub use graph::{TimingArgs, WorldArg};
 pub use recordings::{LookArgs, with_look};
-pub use run::PictureArgs;
 pub use sweep::{AdviseArgs, CheckArgs, HuntArgs, MarginsArgs};
 
 /// Headings of the groups of options.

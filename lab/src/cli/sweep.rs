@@ -7,9 +7,8 @@ use ratelab::Time;
 use ratelab_experiment::sweep::{Axis, SweepAxis};
 
 use super::{
-    GraphArgs,
-    graph::TimingArgs,
-    heading,
+    GraphArgs, heading,
+    run::TimingArgs,
     system::SystemArgs,
     values::{self, ValueError, duration, phases, within},
 };

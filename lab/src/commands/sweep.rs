@@ -16,8 +16,8 @@ use crate::{
     screen::theme,
     signals,
     sweep::{
-        by_age::AgeTable,
-        csv, json,
+        cliff::AgeTable,
+        data,
         map::{self, MapStyle},
         record::Record,
         summary::SweepSummary,
@@ -32,8 +32,8 @@ const FILE: &str = "sweep.json";
 pub fn sweep(program: &Program, args: &SweepArgs) -> Result<(), Error> {
     let sweep = args.sweep(program)?;
     let cells = sweep.cells()?;
-    let topics = csv::topics(&sweep)?;
-    let header = csv::header(&sweep, &topics);
+    let topics = data::topics(&sweep)?;
+    let header = data::header(&sweep, &topics);
     let interrupt = signals::interrupt();
     let outputs = Outputs::prepare(&plan(args, &sweep, &header))?;
     note_overload(&sweep, cells);
@@ -128,14 +128,14 @@ fn print_results(
     summary.theory = theory;
     if let Some(mut csv) = outputs.csv.take() {
         let file = csv.begin()?;
-        let header = csv::header(swept.sweep(), topics);
-        csv.complete(csv::write(file, &header, swept))?;
+        let header = data::header(swept.sweep(), topics);
+        csv.complete(data::write(file, &header, swept))?;
     }
     if let Some(file) = outputs.svg.take() {
         file.write(svg::svg(&summary).as_bytes())?;
     }
     let by_age = args.by.map(|ByArg::Age| AgeTable::new(swept, &summary));
-    let json = json::text(&summary, swept, topics, by_age.as_ref());
+    let json = data::json_text(&summary, swept, topics, by_age.as_ref());
     outputs.write(&json)?;
     if args.json {
         print_data(&json)?;

@@ -5,17 +5,15 @@
 //! its name when it is complete, and replaces only an earlier file of its kind; pipes and
 //! devices are written to directly.
 
-mod file;
 mod files;
 mod pipe;
 mod print;
-mod progress;
 
-pub use file::{OutputFile, OutputKind, refuse_existing};
-pub use files::{NewFolders, OutputPlan, Outputs, try_new};
+pub use files::{
+    NewFolders, OutputFile, OutputKind, OutputPlan, Outputs, refuse_existing, try_new,
+};
 pub use pipe::{Live, waits_for_reader};
 pub use print::{
-    error, note, print_coloured, print_data, print_line, print_recorded, print_result, printed,
-    prompt, record_error, stopped_by, write_error,
+    ProgressLine, error, note, print_coloured, print_data, print_line, print_recorded,
+    print_result, printed, prompt, record_error, stopped_by, write_error,
 };
-pub use progress::ProgressLine;

@@ -5,11 +5,9 @@
 //!                                        └──────────────► CSV
 //! ```
 
-pub mod by_age;
 pub mod cliff;
 pub mod columns;
-pub mod csv;
-pub mod json;
+pub mod data;
 pub mod map;
 pub mod options;
 pub mod record;

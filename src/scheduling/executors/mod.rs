@@ -8,10 +8,8 @@
 //! 2. A row in the table `KINDS` of `executor.rs`: the name that graph files use, its threads under
 //!    the real clock, and the function that makes its order.
 
-pub(crate) mod callback;
 mod events;
 pub(crate) mod executor;
 pub(crate) mod ordered;
 mod preemptive;
-pub(crate) mod team;
 mod windows;

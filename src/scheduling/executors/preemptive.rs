@@ -7,10 +7,7 @@
 
 use std::{collections::BTreeSet, time::Duration};
 
-use super::{
-    callback::Callback,
-    ordered::{Call, CallbackOrder, TaskSetView},
-};
+use super::ordered::{Call, Callback, CallbackOrder, TaskSetView};
 use crate::{
     scheduling::{agenda::Phase, task::Task},
     time::Time,

@@ -7,10 +7,7 @@
 //! is ready in free groups, and tries once more. With one thread this is
 //! `SingleThreadedExecutor`.
 
-use super::{
-    callback::Callback,
-    ordered::{Call, CallbackOrder, TaskSetView},
-};
+use super::ordered::{Call, Callback, CallbackOrder, TaskSetView};
 
 /// The callbacks of an executor with one thread or several. A window holds callbacks that go on
 /// with the next set of their message, then timers, then messages, each in the order of

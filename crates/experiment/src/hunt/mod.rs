@@ -39,8 +39,6 @@
 //! in the sense of 4 or 5; another one elsewhere in the run may be shorter.
 
 mod fault;
-mod lengths;
-mod shrink;
 mod trial;
 mod windows;
 
@@ -48,12 +46,12 @@ use std::{num::NonZeroUsize, sync::Arc, time::Duration};
 
 use thiserror::Error;
 
-pub use lengths::{LONGEST_PART, LONGEST_SHIFT, PartLengths};
-pub use shrink::MOST_SMALLER;
+pub use fault::{LONGEST_PART, LONGEST_SHIFT, PartLengths};
+pub use trial::MOST_SMALLER;
 pub use windows::RANDOM_LISTS;
 
 use ratelab::{ClockKind, Fault, Interrupt, Speed, Time, TimedKnob, millis};
-use trial::{Halt, Trials};
+use trial::{Halt, Trials, shrink};
 use windows::Windows;
 
 use super::{Config, Experiment, parallel::all_cores};
@@ -284,7 +282,7 @@ impl Hunt {
             return Ok(Proof::EachPart(0));
         };
         let mut best = best.clone();
-        shrink::shrink(&mut best, trials)
+        shrink(&mut best, trials)
     }
 }
 

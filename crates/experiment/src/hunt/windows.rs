@@ -8,8 +8,7 @@ use ratelab_metrics::TopicAccount;
 use super::{
     Budget, HuntError,
     fault::FaultPart,
-    shrink,
-    trial::{Halt, Trials},
+    trial::{Halt, Trials, delta_debug},
 };
 use crate::Summary;
 
@@ -113,7 +112,7 @@ impl Windows {
         for kind in self.kinds() {
             let window = kind.search(kind.most..kind.most * BEYOND, trials)?;
             if let Some(mut list) = window {
-                shrink::delta_debug(&mut list, trials)?;
+                delta_debug(&mut list, trials)?;
             }
         }
         Ok(())

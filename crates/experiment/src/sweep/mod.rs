@@ -24,8 +24,6 @@
 //! ```
 
 mod axis;
-mod by_age;
-mod knobs;
 mod result;
 
 use std::{num::NonZeroUsize, ops::ControlFlow, sync::Arc};
@@ -33,10 +31,8 @@ use std::{num::NonZeroUsize, ops::ControlFlow, sync::Arc};
 use ratelab::{ClockKind, Fault, Interrupt, Knob, KnobKind, Speed, Time};
 use thiserror::Error;
 
-pub use axis::{Axis, AxisError, Decimal, Quantity};
-pub use by_age::{AgeBin, AgeSplit, ByAge};
-pub use knobs::{SweepAxis, SweepValue};
-pub use result::{CellResult, Survival, Swept};
+pub use axis::{Axis, AxisError, Decimal, Quantity, SweepAxis, SweepValue};
+pub use result::{AgeBin, AgeSplit, ByAge, CellResult, Survival, Swept};
 
 pub use super::parallel::all_cores;
 use super::{Config, Experiment, parallel::in_parallel};

@@ -7,7 +7,6 @@ mod causes;
 mod over_time;
 mod parts;
 mod push;
-mod queue;
 mod waits;
 
 use std::collections::VecDeque;
@@ -21,7 +20,8 @@ use ratelab::{Depth, Event, Executor, Head, Knob, MessageId, Time, TimedKnob, To
 use smallvec::SmallVec;
 
 use self::causes::Beginnings;
-use super::{node::TickRecord, run_rows::RunRow};
+use super::node::TickRecord;
+use crate::tap_handle::RunRow;
 
 /// The messages and ticks of a run, joined by their causes.
 ///

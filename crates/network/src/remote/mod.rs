@@ -5,7 +5,6 @@
 //! each waits a moment for those before it.
 
 mod gathered;
-mod numbering;
 mod processes;
 mod relay;
 mod shown;

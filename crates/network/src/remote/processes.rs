@@ -7,8 +7,8 @@ use std::{
 
 use crate::{
     machine::{ClockId, Nanos},
-    offset::Estimate,
     telemetry::{Batch, Info, TopicCounts},
+    times::Estimate,
 };
 use ratelab::{Command, Event, EventKind};
 

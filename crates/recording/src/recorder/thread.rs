@@ -19,10 +19,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab_metrics::{Observer, RunRow, Tap};
 use ratelab_re_execution::RunLog;
 
-use super::{
-    format::{Destination, FinishedRecording, RecordError, RunWriter, outside},
-    source::{Source, StopReason},
-};
+use super::{Destination, FinishedRecording, RecordError, RunWriter, Source, StopReason, outside};
 
 /// Rows that may wait to be written: minutes at 50 Hz, and more than any real clock produces
 /// within the 50 ms between two looks.

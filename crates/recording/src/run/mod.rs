@@ -1,19 +1,16 @@
 //! A recorded run as a value: where it comes from, its rows, and how it ended; of any format.
 
-mod drawn;
-mod lineage;
 mod origin;
 mod other_runtime;
 mod recording;
 mod row;
 mod series;
 
-pub use drawn::RecordedDurations;
-pub use lineage::end_of;
 pub use origin::{
-    FORMAT, Origin, ProcessRecord, RecordingEnd, RunResult, RunStatus, VerdictRecord,
+    FORMAT, Origin, ProcessRecord, RecordedDurations, RecordingEnd, RunResult, RunStatus,
+    VerdictRecord,
 };
 pub use other_runtime::OtherRun;
-pub use recording::{Recording, ThreadLog};
+pub use recording::{Recording, ThreadLog, end_of};
 pub use row::{ColumnForm, RecordColumn, RecordRow};
 pub use series::{RunRows, Series};

@@ -2,12 +2,10 @@
 
 use std::{collections::BTreeMap, fmt, time::Duration};
 
-use ratelab::{ClockKind, Time, Topology, millis};
+use ratelab::{ClockKind, Digest, Draw, Knob, Time, Topology, millis};
 use ratelab_experiment::{Config, Summary};
 use ratelab_system::{PlantRecord, System, Verdict, VerdictKind};
 use serde::{Deserialize, Serialize};
-
-use super::drawn::{RecordedDurations, drawn_from};
 
 /// Version of what a recording holds. A reader refuses a later one.
 pub const FORMAT: u32 = 3;
@@ -230,4 +228,21 @@ impl VerdictRecord {
             .find(|kind| kind.name == self.name);
         Verdict::new(kind.unwrap_or(OTHER), self.at)
     }
+}
+
+/// The durations of files, by their digests (ns).
+pub type RecordedDurations = BTreeMap<Digest, Vec<u64>>;
+
+/// Returns the durations in files that the knobs of a run draw from.
+pub fn drawn_from<'k>(knobs: impl Iterator<Item = &'k Knob>) -> RecordedDurations {
+    let measured = knobs.filter_map(|knob| match knob.draw()? {
+        Draw::Measured(measured) if !measured.is_recorded() => Some(measured),
+        _ => None,
+    });
+    let durations = measured.filter_map(|measured| {
+        let nanos = measured.durations()?.iter();
+        let nanos = nanos.map(|duration| duration.as_nanos() as u64);
+        Some((measured.digest()?, nanos.collect()))
+    });
+    durations.collect()
 }

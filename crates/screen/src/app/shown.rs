@@ -7,8 +7,7 @@ use ratelab_metrics::Snapshot;
 use ratelab_system::acting;
 
 use crate::{
-    frame::FrameData,
-    history::FrameHistory,
+    frame::{FrameData, FrameHistory},
     knobs::KnobFocus,
     panes::Panes,
     playback::Playback,

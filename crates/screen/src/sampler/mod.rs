@@ -23,13 +23,13 @@ use super::{
     age::AgeData,
     asked::Asked,
     cause::CureTrials,
-    figures::Figures,
     frame::{FrameData, Ghost, LatencyData, PlanData, SignalTrace, TRACE_S},
     knobs::{RATE_KEYS, first_node, setting},
     plan::Plans,
     push_age::PushAges,
     run::{RunDigest, RunSource, WatchedRows, signal, signal_is_push_age},
 };
+use data::Figures;
 
 /// Duration of the light on a node after a tick (wall time).
 const LIT: Duration = Duration::from_millis(100);

@@ -8,12 +8,11 @@ use ratelab_metrics::{NodeAccount, TopicAccount};
 use ratelab_system::{Silence, Verdict, VerdictKind, acting, plant};
 
 use crate::{
-    age::Strain,
+    age::{Strain, ms},
     cause::{CureTrials, told},
     frame::{Health, Standing, VerdictData},
     knobs::first_node,
     run::RunSource,
-    sentence::ms,
 };
 
 /// Run time without a step after which the plant stands still, unless two periods are

@@ -9,8 +9,7 @@ use ratatui::{
 
 use super::text::{line, width};
 use crate::{
-    age::{AgeData, PARTS, PushData, Strain},
-    sentence::whole,
+    age::{AgeData, PARTS, PushData, Strain, whole},
     theme::Theme,
 };
 

@@ -10,8 +10,8 @@ use super::{
     text::{clip, width},
 };
 use crate::{
+    age::ms,
     frame::{LatencyData, TRACE_S},
-    sentence::ms,
     theme::Theme,
 };
 

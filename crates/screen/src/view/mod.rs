@@ -17,7 +17,6 @@ mod graph;
 mod layout;
 mod overlap;
 mod page;
-mod plan;
 mod plant;
 pub(super) mod sheet;
 mod signal;

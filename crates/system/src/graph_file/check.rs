@@ -7,10 +7,12 @@ use ratelab::{Callback, Hz, Knob, KnobKind, Match, Release, SettingError, Time, 
 use super::{
     ChainSpec, GraphFile, HeaderStamp, InnerSpec, MOST_PARTS, NodeSpec, PlacedEvent, PlacedKnob,
     document::Block,
-    error::{Checked, GraphRefusal, Placed, holds, instead, line_and_column, refuse, unknown},
+    error::{
+        Checked, GraphRefusal, Placed, holds, instead, line_and_column, name, node_of, once,
+        refuse, topic_name, unknown,
+    },
     executors,
     format::{PATH, TOPICS},
-    names::{name, node_of, once, topic_name},
     plant::{PLANT, PlantSpec},
 };
 use crate::{BagAges, Bound, DataChain, Divider, FigureLimit, Limit, MAX_CHAINS, figure_name};

@@ -5,9 +5,8 @@ use ratelab::{Callback, Executor, ExecutorError, KnobKind, Release, TickTiming};
 use super::{
     ExecutorSpec, GraphFile, NodeSpec,
     document::Block,
-    error::{Checked, Placed, holds, refuse},
+    error::{Checked, Placed, holds, name, node_of, once, refuse},
     format::NODES,
-    names::{name, node_of, once},
 };
 
 impl GraphFile {

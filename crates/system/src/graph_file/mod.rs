@@ -41,19 +41,17 @@
 mod change;
 mod check;
 mod circles;
-mod clocks;
 mod document;
 mod error;
 mod executors;
 pub mod format;
 mod graph_node;
 mod insertion;
-mod load;
-mod names;
 mod plant;
 mod readings;
 mod stamp;
 mod system;
+mod warnings;
 mod wiring;
 
 use std::fmt;
