@@ -1,5 +1,5 @@
-//! What the runs of a system are worth: verdicts, limits for figures, and figures that it makes of their
-//! messages: counts, means, and what deviations cost long before a run is lost.
+//! What the runs of a system are worth: verdicts, limits for figures, and figures that it makes of
+//! their messages: counts, means, and what deviations cost long before a run is lost.
 
 use std::{borrow::Cow, fmt, time::Duration};
 

@@ -1,5 +1,6 @@
-//! Knobs as lines of text, with a system's aliases, and comments in lists of them: from a `#` at the
-//! start of a line or after white space to the end of the line. In a path such a `#` is written `\#`.
+//! Knobs as lines of text, with a system's aliases, and comments in lists of them: from a `#` at
+//! the start of a line or after white space to the end of the line. In a path such a `#` is written
+//! `\#`.
 
 use ratelab::{Knob, KnobError, KnobKind, Time, TimedKnob, alternatives};
 use thiserror::Error;

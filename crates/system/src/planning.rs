@@ -1,5 +1,5 @@
-//! Actions that are planned ahead: as data, and as bars over run time with the part of each that was
-//! played.
+//! Actions that are planned ahead: as data, and as bars over run time with the part of each that
+//! was played.
 
 use std::{
     collections::{BTreeMap, VecDeque},

@@ -1,5 +1,5 @@
-//! Runs with faults in parallel, with an outcome independent of the threads; and lists of faults that are
-//! shrunk by them until every part is necessary.
+//! Runs with faults in parallel, with an outcome independent of the threads; and lists of faults
+//! that are shrunk by them until every part is necessary.
 
 use std::ops::ControlFlow;
 

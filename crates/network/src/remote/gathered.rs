@@ -1,5 +1,5 @@
-//! What is known of a run of other processes, put together in the order of its run times, with numbers and
-//! totals that go on where a process that was started again begins anew.
+//! What is known of a run of other processes, put together in the order of its run times, with
+//! numbers and totals that go on where a process that was started again begins anew.
 
 use std::{
     collections::{BTreeMap, HashMap},

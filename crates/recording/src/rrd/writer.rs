@@ -16,8 +16,7 @@ use rerun::{EntityPath, RecordingStream};
 
 use super::{
     blueprint, columns,
-    compact::{LARGEST, compact},
-    file::RecordingFile,
+    file::{LARGEST, RecordingFile, compact},
     scene::{Scene, lanes, traffic},
     schema::{CHECKPOINT, ContentDigest, END, RowDigest, UNTIL, node_entity, topic_entity},
     thread_log::ThreadTrack,

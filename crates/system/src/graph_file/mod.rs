@@ -45,7 +45,6 @@ mod document;
 mod error;
 mod executors;
 pub mod format;
-mod graph_node;
 mod insertion;
 mod plant;
 mod readings;
