@@ -131,7 +131,9 @@ pub use control::{
     knob::{Knob, KnobError, KnobKind, TickTiming, TimedKnob},
     state::{Event, EventKind, RunState, Status},
 };
-pub use graph::{Graph, GraphError, NodeTopology, TopicTopology, Topology, Wiring};
+pub use graph::{
+    Graph, GraphError, NodeTopology, RealClockRefusal, TopicTopology, Topology, Wiring,
+};
 pub use node::{
     Fault, Flow, IntoTickResult, LastTick, Node, NodeCrash, NodeError, Panicked, Tick, TickResult,
 };

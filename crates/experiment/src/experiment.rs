@@ -75,7 +75,7 @@ fn listen<T: Send + 'static>(
 
 /// Begins to measure what the states of `system` cost, if it judges them.
 fn watch_cost(system: &dyn System, taps: &Taps) -> Option<Sum<MeanCost>> {
-    let (cost, state) = system.judge().quadratic_cost().zip(system.state())?;
+    let (cost, state) = system.judge().quadratic_cost().zip(system.states_topic())?;
     let mean = Sum::default();
     listen(taps, state, &mean, move |mean: &mut MeanCost, head, row| {
         mean.state(head.at, (cost.of_state)(row));
@@ -293,7 +293,7 @@ impl Experiment {
         let end = run(&mut self.graph, &mut self.inbox, end, clock, real);
         let wall_time = began.elapsed();
         let system = &*self.system;
-        let [state, chains] = [system.state(), system.chains()].map(|name| {
+        let [state, chains] = [system.states_topic(), system.chains_topic()].map(|name| {
             name.and_then(|name| self.taps.topic(name)?.newest())
                 .as_ref()
                 .and_then(Rows::last)
