@@ -363,3 +363,31 @@ fn refusal_of_part(groups: &[Group], names: &[&str], here: &[String]) -> Option<
     }
     None
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nodes_that_share_something_are_one_process() {
+        let groups = [Group::new("plant", ["sensor", "actuator"])];
+        let names = ["sensor", "policy", "actuator"];
+        for (here, expected) in [
+            (&["policy"][..], None),
+            (&["sensor", "actuator"], None),
+            (&[], None),
+            (
+                &["sensor"],
+                Some("sensor and actuator share the plant: run them in one process, as plant"),
+            ),
+            (
+                &["pilot"],
+                Some("there is no node \"pilot\": expected some of sensor, policy, actuator"),
+            ),
+        ] {
+            let here: Vec<String> = here.iter().map(|name| (*name).to_owned()).collect();
+            let refused = refusal_of_part(&groups, &names, &here);
+            assert_eq!(refused.as_deref(), expected, "{here:?}");
+        }
+    }
+}
