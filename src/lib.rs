@@ -30,9 +30,9 @@
 //!
 //! # To read it
 //!
-//! From the ground up, where each imports only earlier ones: `time`, `qos`, `millis`, `sync`; `rate`,
-//! `record`, `arrival`; `journal`, `shared`; `settings`; `control`; `topic`; `trigger`; `node`;
-//! `scheduling`; `graph`; `clock`.
+//! From the ground up, where each imports only earlier ones: `time`, `qos`, `millis`, `sync`;
+//! `rate`, `record`, `arrival`; `journal`, `shared`; `settings`; `control`; `topic`; `trigger`;
+//! `node`; `scheduling`; `graph`; `clock`.
 //!
 //! | | files | so that you know |
 //! |---|---|---|
@@ -64,15 +64,17 @@
 //! # How a run goes
 //!
 //! Each node belongs to a *task set*: alone, or with the other nodes of its executor. The scheduler
-//! of a task set hears of events, asks a timetable for alarms, and names the next job of a node. A *schedule* keeps the alarms of its task sets in order. In virtual
-//! time one schedule has all task sets, and time jumps from alarm to alarm; under the real clock
-//! each task set has a schedule of its own, and its threads wait for the wall. Nodes work outside
-//! of the schedule, and what they publish comes back to it as arrivals.
+//! of a task set hears of events, asks a timetable for alarms, and names the next job of a node. A
+//! *schedule* keeps the alarms of its task sets in order. In virtual time one schedule has all task
+//! sets, and time jumps from alarm to alarm; under the real clock each task set has a schedule of
+//! its own, and its threads wait for the wall. Nodes work outside of the schedule, and what they
+//! publish comes back to it as arrivals.
 //!
 //! A message: [`Tick::publish`] gives it to its topic, or keeps it until a tick is over that takes
 //! time. With a link it is in transit until it arrives: the next use of the topic first moves what
 //! has arrived into the queue, each message with its own time of arrival. The queue evicts what is
-//! beyond its depth; [`Tick::read`] reads it. The topic sends a record of each step to the [`Sink`].
+//! beyond its depth; [`Tick::read`] reads it. The topic sends a record of each step to the
+//! [`Sink`].
 //!
 //! # A graph in twenty lines
 //!
@@ -125,12 +127,13 @@ mod trigger;
 pub use clock::{Clock, ClockExit, RunError, VirtualClock, run};
 pub use control::{
     command::{ClockKind, Command, KnobRefusal, Pace, Speed, SpeedError, TimedCommand},
-    event::{Event, EventKind},
     inbox::{Inbox, Interrupt},
     knob::{Knob, KnobError, KnobKind, TickTiming, TimedKnob},
-    state::{RunState, Status},
+    state::{Event, EventKind, RunState, Status},
 };
-pub use graph::{Graph, GraphError, NodeTopology, TopicTopology, Topology, Wiring};
+pub use graph::{
+    Graph, GraphError, NodeTopology, RealClockRefusal, TopicTopology, Topology, Wiring,
+};
 pub use node::{
     Fault, Flow, IntoTickResult, LastTick, Node, NodeCrash, NodeError, Panicked, Tick, TickResult,
 };

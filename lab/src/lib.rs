@@ -50,7 +50,6 @@ mod like;
 #[cfg(feature = "network")]
 mod network;
 mod options;
-mod other_runtime;
 mod output;
 mod predictions;
 mod program;
@@ -95,7 +94,7 @@ pub fn course() -> ExitCode {
 /// result. The exit code is 1 for a difference.
 pub fn show_other_run(system: impl System, run: OtherRun) -> ExitCode {
     let system: Arc<dyn System> = Arc::new(system);
-    exit_after(|| other_runtime::show(&system, run))
+    exit_after(|| like::show(&system, run))
 }
 
 fn exit(program: &Program) -> ExitCode {

@@ -1,8 +1,9 @@
-//! Runs like a recorded one, and the comparison of both.
+//! Runs like a recorded one, or on another runtime, and the comparison of both.
 
 use std::{
     collections::BTreeMap,
     iter,
+    ops::ControlFlow,
     path::{Path, PathBuf},
     sync::Arc,
     time::Duration,
@@ -11,15 +12,20 @@ use std::{
 use ratelab::{ClockKind, Command, Event, Knob, KnobKind, TickTiming, Time, TimedKnob};
 use ratelab_experiment::{Config, Experiment, Summary, Table};
 use ratelab_metrics::Distribution;
-use ratelab_recording::{Recording, Replay, RunStatus, durations};
+use ratelab_recording::{
+    OtherRun, Recording, Replay, RunStatus, VerifyWith, durations, printable::shown, verify,
+};
+use ratelab_screen::{Options, SessionSetup};
 use ratelab_system::{System, measured::loaded};
 use serde::Serialize;
 use thiserror::Error as ThisError;
 
 use crate::{
     error::Error,
+    output::print_line,
     program::Program,
     reading,
+    screen::{quit_on_signal, theme},
     summary::{
         json, rounded,
         text::{line, ms, ms_or_dash, overruns},
@@ -322,4 +328,29 @@ impl LatencyFigures {
             p99_ms,
         }
     }
+}
+
+/// Maximum frames per second.
+const FPS: u32 = 30;
+
+/// Plays `run` in the dashboard if there is a terminal; then compares every message and tick
+/// with the run on our runtime, and prints the result.
+pub fn show(system: &Arc<dyn System>, run: OtherRun) -> Result<(), Error> {
+    let recording = Arc::new(Recording::from_other_runtime(run, system)?);
+    if ratelab_screen::terminal_is_there() {
+        let options = Options {
+            fps: FPS,
+            theme: theme(false, None),
+            ask_background: false,
+            quit_on_signal,
+        };
+        let setup = SessionSetup::new(system.clone(), None);
+        ratelab_screen::play(recording.clone(), setup, &options)?;
+    }
+    let name = shown(&recording.path);
+    let identical = verify(&recording, system, VerifyWith::default(), |_| {
+        ControlFlow::Continue(())
+    })
+    .map_err(|why| Error::unverified(&name, why))?;
+    print_line(&format!("{name}: {identical}"))
 }

@@ -1,5 +1,5 @@
-//! The program: its system, its name, its version, its command lines; and the robots of graph files, loaded
-//! from their models or from recordings.
+//! The program: its system, its name, its version, its command lines; and the robots of graph
+//! files, loaded from their models or from recordings.
 
 use std::{
     env,

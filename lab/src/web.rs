@@ -168,7 +168,7 @@ fn topics(recording: &Recording) -> Value {
 fn plant(recording: &Recording, system: &dyn System) -> Value {
     let empty = Rows::default();
     let rows = system
-        .state()
+        .states_topic()
         .and_then(|state| recording.rows(state))
         .unwrap_or(&empty);
     let steps: Vec<usize> = thinned(&(0..rows.len()).collect::<Vec<_>>())

@@ -31,7 +31,7 @@ pub use wall::Wall;
 pub use worker::{CoreClaim, LookResult, Outcome, Worker};
 
 use crate::{
-    control::{command::ClockKind, event::EventKind, inbox::Inbox},
+    control::{command::ClockKind, inbox::Inbox, state::EventKind},
     graph::Graph,
     node::Fault,
     sync::get_mut,

@@ -1,5 +1,6 @@
-//! A task set with a schedule of its own, and a thread of it: what it does for its nodes, at the times
-//! that its clock knows. The real clock asks the wall; in a re-execution the log of the run tells the times.
+//! A task set with a schedule of its own, and a thread of it: what it does for its nodes, at the
+//! times that its clock knows. The real clock asks the wall; in a re-execution the log of the run
+//! tells the times.
 
 use std::time::Duration;
 

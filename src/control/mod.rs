@@ -2,7 +2,6 @@
 //! logged.
 
 pub mod command;
-pub mod event;
 pub mod inbox;
 pub mod knob;
 mod knob_part;

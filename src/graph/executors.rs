@@ -1,5 +1,7 @@
 //! Executors of a graph.
 
+use thiserror::Error;
+
 use super::{Graph, GraphError};
 use crate::{
     control::command::ClockKind,
@@ -103,12 +105,12 @@ impl Graph {
 
     /// Returns why the graph cannot run under this clock, with the remedy.
     pub fn refusal_of(&self, clock: ClockKind) -> Option<String> {
-        let (node, why) = self.needs_virtual_time()?;
-        (clock == ClockKind::Real).then(|| format!("{node}: {why}"))
+        let refusal = self.needs_virtual_time()?;
+        (clock == ClockKind::Real).then(|| refusal.to_string())
     }
 
-    /// Returns the node that the real clock cannot run, with the reason and the remedy.
-    pub fn needs_virtual_time(&self) -> Option<(String, String)> {
+    /// Returns the node that the real clock cannot run, if the graph has one.
+    pub fn needs_virtual_time(&self) -> Option<RealClockRefusal> {
         let mut spare = self.cores.unwrap_or(0);
         self.schedule.task_sets().iter().find_map(|task_set| {
             let executor = task_set.team.as_ref()?.executor;
@@ -127,8 +129,20 @@ impl Graph {
                 Threads::Shared(_) => return None,
             };
             let first = task_set.members.first()?;
-            let name = first.name.to_string();
-            Some((name, format!("{why}: choose the virtual clock")))
+            Some(RealClockRefusal {
+                node: first.name.to_string(),
+                why: format!("{why}: choose the virtual clock"),
+            })
         })
     }
+}
+
+/// Why the real clock cannot run a graph.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{node}: {why}")]
+pub struct RealClockRefusal {
+    /// Name of the node that it cannot run.
+    pub node: String,
+    /// The reason and the remedy.
+    pub why: String,
 }

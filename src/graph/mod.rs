@@ -16,6 +16,7 @@ use thiserror::Error;
 pub(crate) use self::control::ControlPlane;
 use self::{control::WiredTopic, new_node::NewNode};
 pub use self::{
+    executors::RealClockRefusal,
     topology::{NodeTopology, TopicTopology, Topology},
     wiring::Wiring,
 };

@@ -5,7 +5,11 @@ use super::{
     timetable::{Member, SchedulerEvent},
 };
 use crate::{
-    control::{command::KnobRefusal, event::EventKind, knob::Knob, state::RunWriter},
+    control::{
+        command::KnobRefusal,
+        knob::Knob,
+        state::{EventKind, RunWriter},
+    },
     node::{Fault, Flow, NodeCrash, NodeSlot, TickResult},
     record::NodeRecord,
     time::Time,

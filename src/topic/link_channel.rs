@@ -1,5 +1,5 @@
-//! The link between the publishers of a topic and its readers: its state, which decides when a message
-//! is delivered, and the messages on their way.
+//! The link between the publishers of a topic and its readers: its state, which decides when a
+//! message is delivered, and the messages on their way.
 
 use std::{
     collections::{BTreeMap, BTreeSet},

@@ -97,3 +97,42 @@ impl Default for Config {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use ratelab_system::{KnobText, graph_file::GraphFile};
+
+    use super::*;
+
+    const ROBOT: &str = "
+        name = 'robot'
+        node.camera = { rate = 40, publishes = ['/image'] }
+        node.planner = { rate = 'camera / 4', reads = ['/image'] }
+    ";
+
+    #[test]
+    fn a_timed_change_brings_what_follows_from_it_unless_that_is_listed() {
+        let system = GraphFile::parse(ROBOT).expect("a graph");
+        let system = system.system(&[]).expect("a system");
+        for (knobs, expected) in [
+            ("1 rate camera 20", "1 rate camera 20\n1 rate planner 5"),
+            (
+                "1 rate camera 20\n1 rate planner 7",
+                "1 rate camera 20\n1 rate planner 7",
+            ),
+            (
+                "1 rate camera 20\n2 rate planner 7",
+                "1 rate camera 20\n1 rate planner 5\n2 rate planner 7",
+            ),
+            ("1 depth /image 2", "1 depth /image 2"),
+        ] {
+            let text = KnobText::default();
+            let config = Config {
+                knobs: text.parse_list(knobs).expect(knobs),
+                ..Config::default()
+            };
+            let resolved = config.resolved(&system).expect("a configuration");
+            assert_eq!(text.lines(&resolved.knobs).join("\n"), expected);
+        }
+    }
+}

@@ -75,7 +75,7 @@ fn listen<T: Send + 'static>(
 
 /// Begins to measure what the states of `system` cost, if it judges them.
 fn watch_cost(system: &dyn System, taps: &Taps) -> Option<Sum<MeanCost>> {
-    let (cost, state) = system.judge().quadratic_cost().zip(system.state())?;
+    let (cost, state) = system.judge().quadratic_cost().zip(system.states_topic())?;
     let mean = Sum::default();
     listen(taps, state, &mean, move |mean: &mut MeanCost, head, row| {
         mean.state(head.at, (cost.of_state)(row));
@@ -293,7 +293,7 @@ impl Experiment {
         let end = run(&mut self.graph, &mut self.inbox, end, clock, real);
         let wall_time = began.elapsed();
         let system = &*self.system;
-        let [state, chains] = [system.state(), system.chains()].map(|name| {
+        let [state, chains] = [system.states_topic(), system.chains_topic()].map(|name| {
             name.and_then(|name| self.taps.topic(name)?.newest())
                 .as_ref()
                 .and_then(Rows::last)
@@ -362,4 +362,32 @@ fn refusal_of_part(groups: &[Group], names: &[&str], here: &[String]) -> Option<
         }
     }
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nodes_that_share_something_are_one_process() {
+        let groups = [Group::new("plant", ["sensor", "actuator"])];
+        let names = ["sensor", "policy", "actuator"];
+        for (here, expected) in [
+            (&["policy"][..], None),
+            (&["sensor", "actuator"], None),
+            (&[], None),
+            (
+                &["sensor"],
+                Some("sensor and actuator share the plant: run them in one process, as plant"),
+            ),
+            (
+                &["pilot"],
+                Some("there is no node \"pilot\": expected some of sensor, policy, actuator"),
+            ),
+        ] {
+            let here: Vec<String> = here.iter().map(|name| (*name).to_owned()).collect();
+            let refused = refusal_of_part(&groups, &names, &here);
+            assert_eq!(refused.as_deref(), expected, "{here:?}");
+        }
+    }
 }

@@ -56,3 +56,41 @@ pub fn in_parallel<T: Send>(
     });
     given_up.into_inner() == 0
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_number_has_its_result_on_any_number_of_threads() {
+        for threads in [1, 2, 9] {
+            let mut results = vec![None; 40];
+            let complete = in_parallel(
+                NonZeroUsize::new(threads).expect("a thread"),
+                results.len(),
+                |number| Some(number * number),
+                |number, result| {
+                    results[number] = Some(result);
+                    ControlFlow::Continue(())
+                },
+            );
+            let expected: Vec<_> = (0..40).map(|number| Some(number * number)).collect();
+            assert_eq!((complete, results), (true, expected), "{threads} threads");
+        }
+    }
+
+    #[test]
+    fn no_number_is_begun_after_one_without_a_result() {
+        let mut seen = Vec::new();
+        let complete = in_parallel(
+            NonZeroUsize::MIN,
+            9,
+            |number| (number < 3).then_some(number),
+            |number, _| {
+                seen.push(number);
+                ControlFlow::Continue(())
+            },
+        );
+        assert_eq!((complete, seen), (false, vec![0, 1, 2]));
+    }
+}

@@ -23,7 +23,7 @@ impl StepWriter {
     /// system has no states.
     pub fn header(experiment: &Experiment) -> Option<String> {
         let system = experiment.system();
-        let state = system.state()?;
+        let state = system.states_topic()?;
         if let Some(table) = system.robot().table() {
             return Some(table.header.to_owned());
         }
@@ -96,7 +96,7 @@ impl StepTable {
             .filter_map(|name| Some((topology.topic(name)?, 0)));
         Some(Self {
             header: line(StepWriter::header(experiment)?, more),
-            state: topology.topic(system.state()?)?,
+            state: topology.topic(system.states_topic()?)?,
             table,
             dropped: dropped.collect(),
             sensed: None,

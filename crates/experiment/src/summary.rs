@@ -195,7 +195,9 @@ impl Summary {
         let mut snapshot = observer.snapshot();
         // Under the real clock a tick may begin a little later than the one that ends the run.
         snapshot.now = snapshot.now.min(self.sim_time);
-        let steps = system.state().and_then(|state| snapshot.topic(state));
+        let steps = system
+            .states_topic()
+            .and_then(|state| snapshot.topic(state));
         Self {
             steps: steps.map_or(0, |topic| topic.published),
             last_step: steps.and_then(|topic| topic.newest),

@@ -26,8 +26,8 @@ pub use accounts::{Observer, Snapshot};
 pub use distribution::Distribution;
 pub use fields::{Fields, Rows};
 pub use lineage::{
-    AgeOverTime, AgePart, AgeParts, AgeStage, Chain, Lineage, PushInForce, TickWait, TracedTick,
-    WaitsFor, mean_parts, nanos, sensing_of,
+    AgeOverTime, AgePart, AgeParts, AgeStage, Chain, Lineage, PushInForce, TickPlace, TickWait,
+    TracedTick, WaitsFor, mean_parts, nanos, sensing_of,
 };
 pub use node::{NodeAccount, TickCauses, TickRecord, TopicRead};
 pub use replay_accounts::ReplayAccounts;

@@ -1,4 +1,5 @@
-//! Taps on a running graph: on a topic, on topics whose messages are rows of numbers, on all rows of a run.
+//! Taps on a running graph: on a topic, on topics whose messages are rows of numbers, on all rows
+//! of a run.
 
 use std::{any::Any, fmt};
 

@@ -1,5 +1,5 @@
-//! Run times and the clock behind them, and how far the clock of another machine is ahead of ours, with
-//! rigorous bounds.
+//! Run times and the clock behind them, and how far the clock of another machine is ahead of ours,
+//! with rigorous bounds.
 //!
 //! A query leaves at `t1`, arrives at `t2`, the reply leaves at `t3` and arrives at `t4`;
 //! `t2` and `t3` are read from the other clock. No message arrives before it leaves, so the

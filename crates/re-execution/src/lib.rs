@@ -23,7 +23,6 @@
 
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 
-mod coder;
 mod log;
 mod plan;
 mod players;

@@ -1,5 +1,10 @@
-//! The log of a run as bytes.
+//! The log of a run as bytes: what each thread did, entry by entry.
 
+use ratelab::{
+    Time,
+    journal::{End, Entry, LockName, Operation},
+};
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// The log of a run, as far as it was under the real clock: what each thread did, when,
@@ -73,4 +78,172 @@ impl FromIterator<(usize, Vec<u8>)> for Log {
         }
         log
     }
+}
+
+/// The first byte of a thread's log; logs of earlier releases begin with a smaller one.
+const FORMAT: u8 = 2;
+
+/// The log of a thread up to some entry: numbers count from the last one.
+#[derive(Debug, Default)]
+pub(super) struct Coder {
+    bytes: Vec<u8>,
+    last: Time,
+    locks: Vec<LockName>,
+    /// The next turn of each lock, if no other thread took one.
+    turns: Vec<u64>,
+    /// The locks of the last entry that had some, by their positions.
+    pattern: Vec<usize>,
+    line: LogLine,
+}
+
+/// An entry as it is written.
+#[derive(Debug, Default, Serialize, Deserialize)]
+struct LogLine {
+    /// Names of locks that are new with it.
+    names: Vec<String>,
+    /// Its times count from the entry before.
+    entry: Entry,
+    /// The positions of the locks that it took; `None` for the same locks as the last entry
+    /// with locks.
+    locks: Option<Vec<usize>>,
+    /// For each of them, twice the number of turns that others took meanwhile; one more after an
+    /// access from outside.
+    turns: Vec<u64>,
+}
+
+impl Coder {
+    /// Returns the next turn of each known lock, if no other thread took one.
+    pub(super) fn turns(&self) -> impl Iterator<Item = (LockName, u64)> {
+        self.locks.iter().copied().zip(self.turns.iter().copied())
+    }
+
+    /// Returns what was put so far.
+    pub(super) fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// Adds an entry and its operations; returns their number of bytes.
+    pub(super) fn put(&mut self, entry: &Entry, operations: &[Operation]) -> usize {
+        let before = self.bytes.len();
+        if before == 0 {
+            self.bytes.push(FORMAT);
+        }
+        self.line.names.clear();
+        self.line.turns.clear();
+        let mut locks = Vec::with_capacity(operations.len());
+        for operation in operations {
+            let lock = self.position(operation.lock);
+            let ahead = operation.turn.wrapping_sub(self.turns[lock]);
+            self.line
+                .turns
+                .push(ahead << 1 | u64::from(operation.outside));
+            self.turns[lock] = operation.turn + 1;
+            locks.push(lock);
+        }
+        let is_usual = !locks.is_empty() && locks == self.pattern;
+        self.line.locks = (!is_usual).then(|| locks.clone());
+        let last = self.last.as_nanos();
+        self.line.entry = *entry;
+        for time in times(&mut self.line.entry) {
+            let ahead = time.as_nanos().wrapping_sub(last) as i64;
+            // Small numbers for times before the last one, too.
+            *time = Time::from_nanos((ahead << 1 ^ ahead >> 63) as u64);
+        }
+        let bytes = postcard::to_extend(&self.line, std::mem::take(&mut self.bytes));
+        self.bytes = bytes.expect("a vector takes every number and text");
+        self.pass(entry, locks);
+        self.bytes.len() - before
+    }
+
+    /// Moves on behind an entry that took these `locks`.
+    fn pass(&mut self, entry: &Entry, locks: Vec<usize>) {
+        self.last = entry.at().unwrap_or(self.last);
+        if !locks.is_empty() {
+            self.pattern = locks;
+        }
+    }
+
+    /// Returns the position of a lock; names it before its first use.
+    fn position(&mut self, lock: LockName) -> usize {
+        let known = self.locks.iter().position(|known| *known == lock);
+        known.unwrap_or_else(|| {
+            self.line.names.push(lock.text().to_string());
+            self.locks.push(lock);
+            self.turns.push(0);
+            self.locks.len() - 1
+        })
+    }
+
+    /// Returns the entries in the log of a thread, each with its operations.
+    ///
+    /// # Errors
+    /// [`LogError`] for bytes that are no log, or that of an earlier release.
+    pub(super) fn read(bytes: &[u8]) -> Result<Vec<(Entry, Vec<Operation>)>, LogError> {
+        let mut rest = match bytes {
+            [FORMAT, rest @ ..] => rest,
+            [] => return Ok(Vec::new()),
+            [..FORMAT, ..] => return Err(LogError::Earlier),
+            _ => return Err(LogError::Damaged("byte 0 of a thread".to_owned())),
+        };
+        let (mut coder, mut entries) = (Self::default(), Vec::new());
+        while !rest.is_empty() {
+            let at = bytes.len() - rest.len();
+            let logged = coder.get(&mut rest);
+            let damaged = || LogError::Damaged(format!("byte {at} of a thread"));
+            entries.push(logged.ok_or_else(damaged)?);
+        }
+        Ok(entries)
+    }
+
+    /// Reads an entry with its operations; `None` where there is none.
+    fn get(&mut self, bytes: &mut &[u8]) -> Option<(Entry, Vec<Operation>)> {
+        let (line, rest): (LogLine, _) = postcard::take_from_bytes(bytes).ok()?;
+        *bytes = rest;
+        for name in &line.names {
+            self.locks.push(LockName::new(name));
+            self.turns.push(0);
+        }
+        let locks = line.locks.unwrap_or_else(|| self.pattern.clone());
+        if locks.len() != line.turns.len() {
+            return None;
+        }
+        let mut operations = Vec::with_capacity(locks.len());
+        for (lock, ahead) in locks.iter().zip(line.turns) {
+            let next = self.turns.get_mut(*lock)?;
+            let turn = next.checked_add(ahead >> 1)?;
+            *next = turn.checked_add(1)?;
+            operations.push(Operation {
+                lock: self.locks[*lock],
+                turn,
+                outside: ahead & 1 != 0,
+            });
+        }
+        let last = self.last.as_nanos();
+        let mut entry = line.entry;
+        for time in times(&mut entry) {
+            let ahead = time.as_nanos();
+            *time = Time::from_nanos(last.wrapping_add(ahead >> 1 ^ (ahead & 1).wrapping_neg()));
+        }
+        self.pass(&entry, locks);
+        Some((entry, operations))
+    }
+}
+
+/// Returns the times of an entry.
+fn times(entry: &mut Entry) -> impl Iterator<Item = &mut Time> {
+    let times = match entry {
+        Entry::Arrive(arrival) => [Some(&mut arrival.at), None],
+        Entry::Look { at, late, .. } => [Some(at), late.as_mut().map(|late| &mut late.until)],
+        Entry::Done { at, missed_before } => [Some(at), Some(missed_before)],
+        Entry::Finish { at, .. }
+        | Entry::Obey { at, .. }
+        | Entry::End(
+            End::Completed { until: at }
+            | End::Ended { at, .. }
+            | End::Failed { at, .. }
+            | End::NoThread { at, .. },
+        ) => [Some(at), None],
+        _ => [None, None],
+    };
+    times.into_iter().flatten()
 }

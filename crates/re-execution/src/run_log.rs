@@ -12,10 +12,8 @@ use ratelab::{
     },
 };
 
-use super::{
-    coder::Coder,
-    log::{Log, LogPosition},
-};
+use super::log::{Log, LogPosition};
+use crate::log::Coder;
 
 /// The log of a run, as far as it was under the real clock: the supervisor's, then one per
 /// node. Beyond a limit the rest of the run is not logged.

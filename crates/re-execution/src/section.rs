@@ -9,11 +9,10 @@ use ratelab::{
 };
 
 use super::{
-    coder::Coder,
     log::{Log, LogError},
     plan::{Plan, PlanPart, Turns},
 };
-use crate::plan::LoggedEntry;
+use crate::{log::Coder, plan::LoggedEntry};
 
 /// A part of a run under the real clock.
 #[derive(Debug)]

@@ -63,9 +63,12 @@ impl Clock for RealClock {
         until: Time,
     ) -> Result<ClockExit, Fault> {
         graph.set_cores(self.cores());
-        if let Some((node, why)) = graph.needs_virtual_time() {
-            let (at, cause) = (graph.now(), why.into());
-            return Err(Fault { node, at, cause });
+        if let Some(refusal) = graph.needs_virtual_time() {
+            return Err(Fault {
+                node: refusal.node,
+                at: graph.now(),
+                cause: refusal.why.into(),
+            });
         }
         graph.set_clock(ClockKind::Real);
         let end = loop {

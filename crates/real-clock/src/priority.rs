@@ -1,6 +1,6 @@
-//! Thread priorities: real-time for threads that must wake on time, low for background
-//! threads; and cores that threads share by priority: that of their nodes, or by deadlines, where the earlier
-//! a deadline is, the higher is the priority.
+//! Thread priorities: real-time for threads that must wake on time, low for background threads; and
+//! cores that threads share by priority: that of their nodes, or by deadlines, where the earlier a
+//! deadline is, the higher is the priority.
 //!
 //! A thread without work waits above all others of its executor, so that it takes note of what is
 //! due at once, and finds its place among them before its tick begins.

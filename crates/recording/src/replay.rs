@@ -54,7 +54,8 @@ impl Replay {
     pub fn new(recording: Arc<Recording>, system: &Arc<dyn System>) -> Self {
         let system = recording.system(system);
         let topology = &recording.origin.topology;
-        let [state, chains] = [system.state(), system.chains()].map(|name| topology.topic(name?));
+        let [state, chains] =
+            [system.states_topic(), system.chains_topic()].map(|name| topology.topic(name?));
         let latency = system
             .latency()
             .and_then(|(node, meter)| Some((topology.node(node)?, meter.to_owned())));

@@ -135,7 +135,7 @@ pub fn first_node<'g>(system: &dyn System, graph: &'g Snapshot) -> Option<&'g No
         });
         ends.filter(|end| *end == node).count()
     };
-    let states = system.state().and_then(|name| graph.topic(name));
+    let states = system.states_topic().and_then(|name| graph.topic(name));
     let makes_states = |node| states.is_some_and(|topic| topic.publishers.contains(&node));
     graph
         .nodes

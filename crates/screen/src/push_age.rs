@@ -146,7 +146,7 @@ impl PushAges {
 /// Returns whether the node whose latency matters publishes the states.
 fn by_states(system: &dyn System, graph: &Snapshot) -> bool {
     let node = system
-        .state()
+        .states_topic()
         .and_then(|name| graph.topic(name))
         .and_then(|topic| graph.nodes.get(*topic.publishers.first()?));
     let pushes = system.latency().map(|(node, _)| node);

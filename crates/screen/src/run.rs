@@ -19,7 +19,7 @@ pub type WatchedRows = (String, Rows);
 /// Returns the topics whose every message is drawn: the topics of states, of the first signal and
 /// of plans.
 pub fn watched(system: &dyn System) -> impl Iterator<Item = String> {
-    let state = system.state().map(str::to_owned);
+    let state = system.states_topic().map(str::to_owned);
     let signal = signal(system)
         .map(|signal| signal.topic.into_owned())
         .filter(|topic| Some(topic) != state.as_ref());
@@ -40,7 +40,8 @@ pub fn signal(system: &dyn System) -> Option<Signal> {
 
 /// Returns whether the plotted signal is the push age itself: in a graph around data only.
 pub fn signal_is_push_age(system: &dyn System) -> bool {
-    let of_chains = signal(system).is_some_and(|signal| system.chains() == Some(&*signal.topic));
+    let of_chains =
+        signal(system).is_some_and(|signal| system.chains_topic() == Some(&*signal.topic));
     of_chains && plant(system).is_none()
 }
 

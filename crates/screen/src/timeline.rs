@@ -4,7 +4,7 @@ use std::{collections::HashSet, time::Duration};
 
 use ratelab::{Head, MessageId, Time, Topology};
 use ratelab_experiment::cause::upstream;
-use ratelab_metrics::{Chain, Lineage, PushInForce, TickWait, WaitsFor};
+use ratelab_metrics::{Chain, Lineage, PushInForce, TickPlace, TickWait, WaitsFor};
 use ratelab_system::PlanBar;
 
 use super::age::PushSentence;
@@ -265,7 +265,7 @@ impl Timeline {
                 at,
                 until,
                 kind,
-                bright: chain.ticks.contains(&(node, index)),
+                bright: chain.ticks.contains(&TickPlace { node, index }),
                 by,
             };
             let wait = |wait: TickWait, kind| {

@@ -188,3 +188,95 @@ impl Divider {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rate(node: &str, hz: f64) -> Knob {
+        Knob::Rate {
+            node: node.to_owned(),
+            hz: Hz::new(hz).expect("a rate"),
+        }
+    }
+
+    fn tenth() -> Divider {
+        Divider::parse("planner", "control / 10").expect("a divider")
+    }
+
+    #[test]
+    fn a_divider_is_a_node_and_a_whole_number_from_one_on() {
+        for (text, expected) in [
+            ("control / 10", Some(("control", 10))),
+            ("control/1", Some(("control", 1))),
+            ("a b / 3", Some(("a b", 3))),
+            ("control / 0", None),
+            ("control / -2", None),
+            ("control / 2.5", None),
+            ("control /", None),
+            ("control", None),
+            ("10", None),
+        ] {
+            let found = Divider::parse("planner", text);
+            let found = found.as_ref().map(|found| (&*found.of, found.by));
+            assert_eq!(found, expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_divided_rate_is_rounded_down_and_never_below_all_rates() {
+        for (hz, by, expected) in [
+            (100.0, 10, Some(10_000_000)),
+            (10.0, 3, Some(3_333_333)),
+            (0.001, 1, Some(1_000)),
+            (0.001, 2, None),
+        ] {
+            let divider = Divider { by, ..tenth() };
+            let found = divider.rate(Hz::new(hz).expect("a rate"));
+            assert_eq!(found.map(Hz::as_micro), expected, "{hz} / {by}");
+        }
+    }
+
+    #[test]
+    fn a_divided_node_follows_the_rate_of_its_node_alone() {
+        assert_eq!(
+            tenth().follow(&rate("control", 50.0)),
+            Some(rate("planner", 5.0))
+        );
+        assert_eq!(tenth().follow(&rate("camera", 50.0)), None);
+        let crash = "crash control".parse().expect("a knob");
+        assert_eq!(tenth().follow(&crash), None);
+    }
+
+    #[test]
+    fn what_follows_from_a_knob_comes_before_it_so_that_the_node_s_own_rate_counts() {
+        let dividers = [tenth()];
+        let about = About {
+            dividers: &dividers,
+            ..About::default()
+        };
+        let own = [rate("planner", 7.0), rate("control", 50.0)];
+        let all = about.with_followers(own.iter()).collect::<Setup>();
+        assert_eq!(all.rate("planner").map(Hz::get), Some(7.0));
+    }
+
+    #[test]
+    fn a_signal_is_lost_beyond_its_limits_and_never_without_any() {
+        let signal = |limits| Signal {
+            name: "angle".into(),
+            unit: "°".into(),
+            topic: "/state".into(),
+            value: SignalValue::new(|row| row[0]),
+            limits,
+            range: [-1.0, 1.0],
+        };
+        for (value, lost) in [(-12.1, true), (-12.0, false), (12.0, false), (12.1, true)] {
+            assert_eq!(
+                signal(Some([-12.0, 12.0])).is_lost_at(value),
+                lost,
+                "{value}"
+            );
+            assert!(!signal(None).is_lost_at(value), "{value}");
+        }
+    }
+}

@@ -299,3 +299,94 @@ impl DataChain {
         format!("{ages}, {kept} of the time within {ms} ms ({wanted} wanted)")
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::chain_ages::ChainAges;
+
+    const PATH: [&str; 4] = ["camera", "/image", "control", "/cmd"];
+
+    fn ms(ms: u64) -> Time {
+        Time::from_nanos(ms * 1_000_000)
+    }
+
+    fn limit(age: u64, share: f64) -> Limit {
+        let age = Duration::from_millis(age);
+        Limit { age, share }
+    }
+
+    fn chain(limit: Option<Limit>) -> DataChain {
+        DataChain::new("see-to-act", 0, PATH.into_iter(), limit)
+    }
+
+    /// The message on the topic of chains at 200 ms: the data were fresh at 100 and at 200 ms.
+    fn row(limit: Limit) -> Vec<f64> {
+        let mut ages = ChainAges::new([Some(limit.age)].into_iter());
+        ages.row(ms(100), [(0, Some(ms(100)))]);
+        ages.row(ms(200), [(0, Some(ms(200)))]).0
+    }
+
+    #[test]
+    fn a_limit_is_missed_when_it_holds_for_less_than_its_share_of_the_time() {
+        for (age, share, missed) in [
+            (100, 1.0, false),
+            (50, 1.0, true),
+            (50, 0.5, false),
+            (50, 0.51, true),
+            (0, 0.01, true),
+        ] {
+            let limit = limit(age, share);
+            let (chain, row) = (chain(Some(limit)), row(limit));
+            let found = chain.missed(ms(200), Some(&row), true);
+            let expected = missed.then_some("missed_see_to_act");
+            assert_eq!(found.map(|kind| &*kind.name), expected, "{limit:?}");
+        }
+    }
+
+    #[test]
+    fn a_chain_without_data_is_silent_once_the_run_is_over_and_one_without_a_limit_never_is() {
+        let limited = chain(Some(limit(50, 1.0)));
+        for (chain, over, expected) in [
+            (&limited, true, Some("silent_see_to_act")),
+            (&limited, false, None),
+            (&chain(None), true, None),
+        ] {
+            let found = chain.missed(ms(200), None, over);
+            assert_eq!(found.map(|kind| &*kind.name), expected, "{over}");
+        }
+    }
+
+    #[test]
+    fn a_share_that_is_too_small_never_looks_like_the_wanted_one() {
+        for (wanted, share, text) in [
+            (0.99, 0.99, "99.00 %"),
+            (0.99, 0.989_999, "98.99 %"),
+            (0.99, 0.990_049, "99.00 %"),
+            (0.99, 0.5, "50.00 %"),
+            (1.0, 0.999_999, "99.99 %"),
+            (1.0, 1.0, "100.00 %"),
+        ] {
+            assert_eq!(
+                limit(50, wanted).share_text(share),
+                text,
+                "{wanted} {share}"
+            );
+        }
+    }
+
+    #[test]
+    fn chains_are_named_apart_in_verdicts() {
+        for (name, expected) in [("see-to-act", "see_to_act"), ("a.b", "a_b"), ("ä1", "ä1")] {
+            assert_eq!(figure_name(name), expected);
+        }
+    }
+
+    #[test]
+    fn the_topics_of_a_chain_lead_to_its_last_node() {
+        let chain = chain(None);
+        assert_eq!(chain.nodes, ["camera", "control"]);
+        assert_eq!(chain.topics(), ["/image"]);
+        assert_eq!(chain.last(), "control");
+    }
+}

@@ -1,5 +1,5 @@
-//! What the runs of a system are worth: verdicts, limits for figures, and figures that it makes of their
-//! messages: counts, means, and what deviations cost long before a run is lost.
+//! What the runs of a system are worth: verdicts, limits for figures, and figures that it makes of
+//! their messages: counts, means, and what deviations cost long before a run is lost.
 
 use std::{borrow::Cow, fmt, time::Duration};
 
@@ -304,6 +304,108 @@ impl fmt::Display for FigureLimit {
         match self.bound {
             Bound::AtMost(most) => write!(f, "{} at most {most}", self.figure),
             Bound::AtLeast(least) => write!(f, "{} at least {least}", self.figure),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ratelab::ClockKind;
+
+    use super::*;
+
+    fn at(seconds: f64) -> Time {
+        Time::from_secs_f64(seconds).expect("a time")
+    }
+
+    #[test]
+    fn the_reason_for_the_end_alone_loses_no_run() {
+        let ended = ClockExit::Ended {
+            node: "goal".to_owned(),
+            at: at(1.5),
+        };
+        for (exit, name, text) in [
+            (ClockExit::Completed, "completed", "COMPLETED at 1.500 s"),
+            (ended, "ended", "ENDED at 1.500 s (by a node)"),
+            (ClockExit::Stopped, "stopped", "STOPPED at 1.500 s"),
+            (
+                ClockExit::HandedOver(ClockKind::Real),
+                "stopped",
+                "STOPPED at 1.500 s",
+            ),
+        ] {
+            let verdict = Verdict::from_exit(&exit, at(1.5));
+            assert_eq!((verdict.name(), &*verdict.to_string()), (name, text));
+            assert!(!verdict.is_lost(), "{name}");
+        }
+    }
+
+    #[test]
+    fn deviations_grow_without_a_loss_only_below_the_age_of_a_loss() {
+        let ms = |ms: Option<u64>| ms.map(Duration::from_millis);
+        for (grows, falls, swings) in [
+            (Some(40), Some(60), Some(40)),
+            (Some(40), None, Some(40)),
+            (Some(60), Some(60), None),
+            (Some(70), Some(60), None),
+            (None, Some(60), None),
+        ] {
+            let limits = AgeLimits {
+                grows: ms(grows),
+                falls: ms(falls),
+                may_fall: None,
+            };
+            assert_eq!(limits.swings(), ms(swings), "{grows:?} {falls:?}");
+        }
+    }
+
+    #[test]
+    fn a_figure_without_a_text_or_a_value_is_not_shown() {
+        for (text, value, expected) in [
+            ("{} stalls", FigureValue::Count(3), Some("3 stalls")),
+            (
+                "mean {} m",
+                FigureValue::Number(Some(0.12349)),
+                Some("mean 0.123 m"),
+            ),
+            ("mean {} m", FigureValue::Number(None), None),
+            ("", FigureValue::Count(3), None),
+        ] {
+            let figure = SystemFigure {
+                block: None,
+                name: "figure",
+                text,
+                value,
+            };
+            assert_eq!(figure.shown().as_deref(), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_mean_cost_weighs_each_state_by_the_time_for_which_it_is_the_newest() {
+        let mut cost = MeanCost::default();
+        assert_eq!(cost.until(at(9.0)), None);
+        cost.state(at(1.0), 2.0);
+        assert_eq!(cost.until(at(1.0)), None);
+        cost.state(at(2.0), 8.0);
+        cost.state(at(2.0), 5.0);
+        assert_eq!(cost.until(at(4.0)), Some((2.0 + 2.0 * 5.0) / 3.0));
+    }
+
+    #[test]
+    fn a_figure_is_within_a_bound_that_it_equals_but_for_its_last_digits() {
+        for (bound, value, holds) in [
+            (Bound::AtMost(0.3), 0.1 + 0.2, true),
+            (Bound::AtMost(0.3), 0.300_001, false),
+            (Bound::AtMost(-0.3), -(0.1 + 0.2), true),
+            (Bound::AtMost(-0.3), -0.299_999, false),
+            (Bound::AtLeast(0.3), 0.299_999, false),
+            (Bound::AtLeast(0.7), 1.0 - 0.3, true),
+            (Bound::AtMost(0.0), 1e-300, false),
+            (Bound::AtMost(1.0), f64::NAN, false),
+            (Bound::AtLeast(1.0), f64::NAN, false),
+        ] {
+            assert_eq!(bound.holds(value), holds, "{bound:?} {value}");
         }
     }
 }

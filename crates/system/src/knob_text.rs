@@ -1,5 +1,6 @@
-//! Knobs as lines of text, with a system's aliases, and comments in lists of them: from a `#` at the
-//! start of a line or after white space to the end of the line. In a path such a `#` is written `\#`.
+//! Knobs as lines of text, with a system's aliases, and comments in lists of them: from a `#` at
+//! the start of a line or after white space to the end of the line. In a path such a `#` is written
+//! `\#`.
 
 use ratelab::{Knob, KnobError, KnobKind, Time, TimedKnob, alternatives};
 use thiserror::Error;
@@ -272,4 +273,64 @@ pub(super) fn unescaped(text: &str) -> String {
         unescaped.remove(place);
     }
     unescaped
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_comment_begins_at_a_hash_after_white_space_that_has_no_backslash() {
+        for (line, expected) in [
+            ("1 rate a 5 # slow", "1 rate a 5 "),
+            ("# all", ""),
+            ("1 send a file#2", "1 send a file#2"),
+            (r"1 send a \#2", r"1 send a \#2"),
+            (r"1 send a \\#2 # x", r"1 send a \\#2 "),
+        ] {
+            assert_eq!(uncommented(line), expected, "{line}");
+        }
+    }
+
+    #[test]
+    fn a_text_with_hashes_comes_back_from_a_line() {
+        for text in ["send a #2", r"send a \#2", r"send a x#2 \\#3 #", "rate a 5"] {
+            let line = escaped(text);
+            assert_eq!(uncommented(&line), line, "{text}");
+            assert_eq!(unescaped(&line), text);
+        }
+    }
+
+    #[test]
+    fn run_times_are_written_exact_and_without_zeros_at_their_end() {
+        for (nanos, expected) in [
+            (0, "0"),
+            (2_500_000_000, "2.5"),
+            (1, "0.000000001"),
+            (30_000_000_000, "30"),
+        ] {
+            assert_eq!(seconds(Time::from_nanos(nanos)), expected);
+        }
+    }
+
+    #[test]
+    fn a_line_that_is_no_knob_says_what_is_expected() {
+        for (list, expected) in [
+            ("\n1 rate a 0", "line 2: "),
+            ("x rate a 5", "\"x\" is not a time: expected seconds"),
+            ("rate a 5", "\"rate\" is not a time"),
+            (
+                "1 rate",
+                "is not a timed knob: expected seconds, knob and value",
+            ),
+            ("1 lag a 5", "\"lag\" is not a knob: expected "),
+        ] {
+            let error = KnobText::default().parse_list(list).expect_err(list);
+            assert!(error.to_string().contains(expected), "{list}: {error}");
+        }
+        let timed = KnobText::default()
+            .parse("2.5 rate a 5")
+            .expect_err("a time");
+        assert_eq!(timed, KnobTextError::HasTime("2.5".to_owned()));
+    }
 }

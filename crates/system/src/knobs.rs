@@ -220,3 +220,68 @@ impl Alias {
         turned.iter().zip(self.knobs).all(same).then_some(value)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn knob(text: &str) -> Knob {
+        text.parse().expect(text)
+    }
+
+    #[test]
+    fn a_setup_has_each_setting_once_and_a_crash_after_all_that_came_before() {
+        for (set, expected) in [
+            ("rate a 5; rate a 7", "rate a 7"),
+            ("rate a 5; rate b 7; rate a 9", "rate a 9; rate b 7"),
+            ("rate a 5; offset a 3", "rate a 5; offset a 3"),
+            ("depth /x 2; depth /x 3", "depth /x 3"),
+            ("crash a; rate a 5; crash a", "rate a 5; crash a"),
+            (
+                "set a gain 1; set a bias 2; set a gain 3",
+                "set a gain 3; set a bias 2",
+            ),
+        ] {
+            let setup: Setup = set.split("; ").map(knob).collect();
+            let found: Vec<String> = setup.iter().map(Knob::to_string).collect();
+            assert_eq!(found.join("; "), expected, "{set}");
+        }
+    }
+
+    #[test]
+    fn a_setup_tells_what_is_set_of_a_node_or_topic_and_nothing_else() {
+        let setup: Setup = ["rate a 5", "depth /x 3", "send a go", "set a gain 1"]
+            .map(knob)
+            .into_iter()
+            .collect();
+        assert_eq!(setup.rate("a").map(Hz::get), Some(5.0));
+        assert_eq!(setup.rate("b"), None);
+        assert_eq!(setup.depth("/x").map(Depth::get), Some(3));
+        assert_eq!(setup.message("a"), Some("go"));
+        assert_eq!(setup.parameter("a", "gain"), Some("1"));
+        assert_eq!(setup.parameter("a", "bias"), None);
+        assert_eq!(setup.offset("a"), None);
+    }
+
+    #[test]
+    fn an_alias_has_the_value_that_all_its_knobs_have_at_once() {
+        const BOTH: Alias = Alias {
+            name: "queue-depth",
+            knobs: &[(KnobKind::Depth, "/obs"), (KnobKind::Depth, "/action")],
+            default: "1",
+            choices: &[],
+            help: "",
+        };
+        for (lines, expected) in [
+            (["1 depth /obs 8", "1 depth /action 8"], Some("8")),
+            (["1 depth /obs 8", "1 depth /action 7"], None),
+            (["1 depth /obs 8", "2 depth /action 8"], None),
+            (["1 depth /action 8", "1 depth /obs 8"], None),
+        ] {
+            let knobs = crate::KnobText::default().parse_list(&lines.join("\n"));
+            let found = BOTH.value_of(&knobs.expect("knobs"));
+            assert_eq!(found.as_deref(), expected, "{lines:?}");
+        }
+        assert_eq!(BOTH.value(&Setup::default()), "1");
+    }
+}

@@ -1,5 +1,5 @@
-//! Actions that are planned ahead: as data, and as bars over run time with the part of each that was
-//! played.
+//! Actions that are planned ahead: as data, and as bars over run time with the part of each that
+//! was played.
 
 use std::{
     collections::{BTreeMap, VecDeque},
@@ -261,4 +261,84 @@ fn parts([begins, ends]: [Time; 2], played: &[[Time; 2]]) -> Vec<BarPart> {
     }
     add(ends, false);
     parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ms(ms: u64) -> Time {
+        Time::from_nanos(ms * 1_000_000)
+    }
+
+    /// Three actions of ten milliseconds each.
+    fn plan(begins: u64) -> ActionPlan {
+        ActionPlan {
+            kind: "chunk",
+            made: ms(begins),
+            expected: Duration::ZERO,
+            begins: ms(begins),
+            period: Duration::from_millis(10),
+            actions: [1.0, 2.0, 3.0].into(),
+        }
+    }
+
+    /// A step that plays the plan with this number.
+    fn step(newest: u64) -> PlayStep {
+        PlayStep {
+            newest,
+            took: false,
+            stalls: false,
+            period: Duration::from_millis(10),
+            predicted: Some(Duration::ZERO),
+        }
+    }
+
+    #[test]
+    fn an_action_of_a_plan_is_meant_for_its_period() {
+        for (at, place, action) in [
+            (99, None, None),
+            (100, Some(0), Some(1.0)),
+            (109, Some(0), Some(1.0)),
+            (110, Some(1), Some(2.0)),
+            (129, Some(2), Some(3.0)),
+            (130, Some(3), None),
+        ] {
+            let plan = plan(100);
+            assert_eq!(
+                (plan.place(ms(at)), plan.action(ms(at))),
+                (place, action),
+                "{at}"
+            );
+        }
+        assert_eq!(plan(100).ends(), ms(130));
+    }
+
+    #[test]
+    fn a_bar_is_played_until_a_newer_plan_is_and_plans_that_overlap_have_lanes_of_their_own() {
+        let mut bars = PlanBars::default();
+        bars.plan(0, &plan(0));
+        bars.plan(1, &plan(20));
+        for (at, number) in [(0, 0), (10, 0), (20, 1), (30, 1)] {
+            bars.step(ms(at), &step(number));
+        }
+        let lanes = bars.lanes();
+        let told: Vec<Vec<(u64, u64, bool)>> = lanes
+            .iter()
+            .flatten()
+            .map(|bar| {
+                let parts = bar.parts.iter();
+                let ends = |part: &BarPart| part.to.as_nanos() / 1_000_000;
+                parts
+                    .map(|part| (bar.number, ends(part), part.played))
+                    .collect()
+            })
+            .collect();
+        let (first, second) = (
+            [(0, 20, true), (0, 30, false)],
+            [(1, 40, true), (1, 50, false)],
+        );
+        assert_eq!(told, [first, second]);
+        assert_eq!(lanes.len(), 2);
+    }
 }

@@ -94,7 +94,7 @@ impl BuiltGraph {
 
 impl dyn System + '_ {
     /// Returns the topic of its states; see [`About::state`].
-    pub fn state(&self) -> Option<&str> {
+    pub fn states_topic(&self) -> Option<&str> {
         self.about().state
     }
 
@@ -104,7 +104,7 @@ impl dyn System + '_ {
     }
 
     /// Returns the topic with the data ages of its chains; `None` without chains.
-    pub fn chains(&self) -> Option<&'static str> {
+    pub fn chains_topic(&self) -> Option<&'static str> {
         (!self.about().chains.is_empty()).then_some(CHAINS)
     }
 
@@ -165,8 +165,8 @@ impl dyn System + '_ {
 
 /// Returns the topic of the states of a plant; `None` for a graph around data only.
 pub fn plant(system: &dyn System) -> Option<&str> {
-    let state = system.state();
-    state.filter(|state| Some(*state) != system.chains())
+    let state = system.states_topic();
+    state.filter(|state| Some(*state) != system.chains_topic())
 }
 
 /// Returns the index of the node of `graph` with the [latency](About::latency) of `system`.

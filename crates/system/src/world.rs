@@ -191,3 +191,37 @@ impl<W> Clone for SharedWorld<W> {
         Self(self.0.clone())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_world_has_a_name_and_only_one_that_moves_by_itself_has_a_step() {
+        let own = |ms: u64| StepMs::try_from(ms).map(|step_ms| WorldKind::Own { step_ms });
+        for (name, step, expected) in [
+            ("course", None, Ok(WorldKind::Course)),
+            ("course", Some(2), Err(WorldError::Step)),
+            ("own", None, Ok(WorldKind::OWN)),
+            ("own", Some(5), own(5)),
+            ("own", Some(3), Err(WorldError::StepMs(3))),
+            ("moon", None, Err(WorldError::Name("moon".to_owned()))),
+        ] {
+            assert_eq!(WorldKind::parse(name, step), expected, "{name} {step:?}");
+        }
+    }
+
+    #[test]
+    fn a_step_of_physics_keeps_the_input_that_it_begins_with() {
+        let at = Time::from_nanos;
+        let mut input = StepInput::new('a');
+        // Set before the next step begins, it is the input of that step.
+        input.set('b', at(10), at(10));
+        assert_eq!((*input.next(), input.changes()), ('b', false));
+        // Set within a step, it is the input of the step after it.
+        input.set('c', at(15), at(10));
+        assert_eq!((*input.next(), *input.last_set()), ('b', 'c'));
+        input.go_on();
+        assert_eq!((*input.next(), input.changes()), ('c', false));
+    }
+}

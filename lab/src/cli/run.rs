@@ -1,4 +1,5 @@
-//! Arguments about the graph and its time, and of a run: on the screen, in a picture and without either.
+//! Arguments about the graph and its time, and of a run: on the screen, in a picture and without
+//! either.
 
 use std::{path::PathBuf, time::Duration};
 

@@ -1,5 +1,5 @@
-//! Runs in several processes: `node`, `up` with all parts of a graph on this machine, and the dashboard
-//! over them.
+//! Runs in several processes: `node`, `up` with all parts of a graph on this machine, and the
+//! dashboard over them.
 
 mod again;
 mod node;

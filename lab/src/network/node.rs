@@ -184,7 +184,7 @@ fn run_once(
     let state = topology
         .topics
         .iter()
-        .find(|topic| Some(&*topic.name) == system.state());
+        .find(|topic| Some(&*topic.name) == system.states_topic());
     let is_here = |node: &usize| here.contains(&topology.nodes[*node].name);
     let states_here = state.is_none_or(|topic| topic.publishers.iter().any(is_here));
     let context = ReportContext {

@@ -1,4 +1,5 @@
-//! Where the runs of a sweep are lost, as text: the position of the cliff, and the runs by their age.
+//! Where the runs of a sweep are lost, as text: the position of the cliff, and the runs by their
+//! age.
 
 use std::collections::BTreeMap;
 

@@ -3,7 +3,7 @@
 use std::iter;
 
 use ratelab::{Head, MessageId};
-use ratelab_metrics::{TickRecord, TracedTick, nanos, sensing_of};
+use ratelab_metrics::{TickPlace, TickRecord, TracedTick, nanos, sensing_of};
 
 use super::{RunTables, between, milliseconds, owned, seconds};
 
@@ -207,16 +207,16 @@ impl RunTables {
     fn head(&self, topic: usize, head: &Head) -> [String; TOPIC_COLUMNS.len()] {
         let sensed = sensing_of(head);
         let seq = head.seq;
-        let made = self
-            .lineage
-            .made_by(MessageId { topic, seq })
-            .map(|(node, index)| {
-                let tick = self.recording.ticks[node]
-                    .get(index)
-                    .map(|tick| tick.number.to_string());
-                let name = &self.recording.origin.topology.nodes[node].name;
-                (name.clone(), tick.unwrap_or_default())
-            });
+        let made =
+            self.lineage
+                .made_by(MessageId { topic, seq })
+                .map(|TickPlace { node, index }| {
+                    let tick = self.recording.ticks[node]
+                        .get(index)
+                        .map(|tick| tick.number.to_string());
+                    let name = &self.recording.origin.topology.nodes[node].name;
+                    (name.clone(), tick.unwrap_or_default())
+                });
         let (node, tick) = made.unwrap_or_default();
         [
             head.seq.to_string(),

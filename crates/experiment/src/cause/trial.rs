@@ -92,3 +92,64 @@ impl Trial {
         experiment.run().ok()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use ratelab_system::graph_file::GraphFile;
+
+    use super::*;
+
+    /// A loop whose data may be 150 ms old, with a link that takes 300 ms.
+    const ROBOT: &str = "
+        name = 'robot'
+        node.camera = { rate = 'control / 1', publishes = ['/image'] }
+        node.control = { rate = 20, reads = ['/image'], publishes = ['/cmd'] }
+        chain.see = { path = ['camera', '/image', 'control', '/cmd'], age_ms = 150 }
+    ";
+
+    fn trial(setup: &str, now: Duration) -> Trial {
+        let file = GraphFile::parse(ROBOT).expect("a graph");
+        let system = Arc::new(file.system(&[]).expect("a system"));
+        let setup = knobs(setup).into_iter().collect();
+        Trial::new(system, &Config::default(), setup, Time::ZERO + now)
+    }
+
+    fn knobs(list: &str) -> Vec<Knob> {
+        let knobs = list.split("; ").filter(|text| !text.is_empty());
+        knobs.map(|text| text.parse().expect(text)).collect()
+    }
+
+    #[test]
+    fn a_trial_lasts_twice_as_long_as_the_run_from_ten_seconds_to_a_minute() {
+        for (ran, lasts) in [(0, 10), (4, 10), (7, 14), (100, 60)] {
+            let trial = trial("", Duration::from_secs(ran));
+            let end = trial.config().end;
+            assert_eq!(end, Time::ZERO + Duration::from_secs(lasts), "{ran} s");
+        }
+    }
+
+    #[test]
+    fn the_cures_that_it_takes_are_told_apart_from_all_others() {
+        const SLOW: &str = "link /image delay:300";
+        for (setup, cures, needed) in [
+            (SLOW, "link /image none", Some(Some(vec![0]))),
+            (
+                SLOW,
+                "depth /image 2; link /image none",
+                Some(Some(vec![1])),
+            ),
+            (SLOW, "depth /image 2", Some(None)),
+            (
+                "link /image delay:300; rate control 2",
+                "link /image none; rate control 20",
+                Some(Some(vec![0, 1])),
+            ),
+            // A run that is not lost proves nothing, and neither does no cure.
+            ("", "link /image none", None),
+            (SLOW, "", None),
+        ] {
+            let tried = trial(setup, Duration::ZERO).run(&knobs(cures));
+            assert_eq!(tried.map(|tried| tried.needed), needed, "{setup}: {cures}");
+        }
+    }
+}

@@ -195,3 +195,135 @@ fn length(longest: Duration, most: Duration) -> Duration {
     let found = enough.into_iter().find(|length| *length <= longest);
     found.or(shortest).unwrap_or(LONGEST_PART)
 }
+
+#[cfg(test)]
+mod tests {
+    use ratelab::{Graph, Tick};
+
+    use super::*;
+
+    fn ms(ms: u64) -> Duration {
+        Duration::from_millis(ms)
+    }
+
+    fn of(node: &str, longest: Duration) -> Option<(String, Duration)> {
+        Some((node.to_owned(), longest))
+    }
+
+    fn budget() -> Budget {
+        Budget {
+            topic: "/image".to_owned(),
+            lose: 2,
+            delay: ms(25),
+            hang: of("control", ms(30)),
+            shift: of("camera", ms(5)),
+            ..Budget::default()
+        }
+    }
+
+    #[test]
+    fn a_budget_has_as_many_whole_parts_as_fit_and_allows_no_more() {
+        assert_eq!(budget().counts(), [2, 2, 3, 5]);
+        let (lost, late) = (FaultPart::Lost(4), FaultPart::Late(4));
+        for (list, allowed) in [
+            (vec![], true),
+            (vec![lost, FaultPart::Lost(5), late, late], true),
+            (vec![lost; 3], false),
+            (vec![late; 3], false),
+            (vec![FaultPart::Hang(Time::ZERO); 4], false),
+            (vec![FaultPart::Shift; 5], true),
+            (vec![FaultPart::Shift; 6], false),
+        ] {
+            assert_eq!(budget().allows(&list), allowed, "{list:?}");
+        }
+    }
+
+    #[test]
+    fn a_budget_of_nothing_of_less_than_a_part_and_of_too_much_is_refused() {
+        for (budget, expected) in [
+            (budget(), None),
+            (Budget::default(), Some("nothing may go wrong")),
+            (
+                Budget {
+                    lose: MOST_PARTS + 1,
+                    ..budget()
+                },
+                Some("a budget has 1000 messages at most"),
+            ),
+            (
+                Budget {
+                    delay: ms(9),
+                    ..budget()
+                },
+                Some("a delay of 9 ms is less than the smallest one that is tried: allow 10 ms"),
+            ),
+            (
+                Budget {
+                    shift: of("camera", Duration::from_micros(900)),
+                    ..budget()
+                },
+                Some("a shift of 0.9 ms is less than the smallest one"),
+            ),
+        ] {
+            let found = budget.check().err().map(|error| error.to_string());
+            let as_expected = match (&found, expected) {
+                (None, None) => true,
+                (Some(found), Some(expected)) => found.contains(expected),
+                _ => false,
+            };
+            assert!(as_expected, "{found:?}, not {expected:?}");
+        }
+    }
+
+    #[test]
+    fn equal_parts_are_one_fault_of_their_length_together() {
+        let list = [
+            FaultPart::Late(3),
+            FaultPart::Lost(1),
+            FaultPart::Late(3),
+            FaultPart::Shift,
+            FaultPart::Hang(Time::from_nanos(7_000_000)),
+        ];
+        let knobs: Vec<String> = budget()
+            .knobs(&list)
+            .iter()
+            .map(|timed| format!("{} {}", timed.at, timed.knob))
+            .collect();
+        assert_eq!(
+            knobs,
+            [
+                "0.000 s lose /image 1",
+                "0.000 s postpone /image 3 20",
+                "0.000 s offset camera 1",
+                "0.007 s hang control 10",
+            ]
+        );
+    }
+
+    #[test]
+    fn parts_follow_the_periods_of_the_graph_and_grow_where_there_would_be_too_many() {
+        let mut graph = Graph::new();
+        let image = graph.topic("/image");
+        graph
+            .node("camera", 100.0, 0, |wiring| {
+                let image = wiring.publisher(&image);
+                move |tick: &mut Tick| tick.publish(&image, 0.0)
+            })
+            .expect("a node");
+        graph
+            .node("control", 1_000.0, 1, |_| |_: &mut Tick| {})
+            .expect("a node");
+        let fitted = |delay| {
+            let budget = Budget { delay, ..budget() };
+            budget.fitted(&graph.topology(), &Setup::default()).parts
+        };
+        // Half a period of 10 ms and of 1 ms, a tenth of 10 ms.
+        let expected = PartLengths {
+            delay: ms(5),
+            hang: Duration::from_micros(500),
+            shift: ms(1),
+        };
+        assert_eq!(fitted(ms(25)), expected);
+        assert_eq!(fitted(Duration::from_secs(8)).delay, ms(10));
+    }
+}

@@ -1,5 +1,5 @@
-//! Runs with faults in parallel, with an outcome independent of the threads; and lists of faults that are
-//! shrunk by them until every part is necessary.
+//! Runs with faults in parallel, with an outcome independent of the threads; and lists of faults
+//! that are shrunk by them until every part is necessary.
 
 use std::ops::ControlFlow;
 
@@ -166,4 +166,91 @@ fn all_smaller(list: &[FaultPart]) -> Option<Vec<Vec<FaultPart>>> {
     lists.retain(|smaller: &Vec<FaultPart>| !smaller.is_empty() && smaller.len() < list.len());
     lists.sort_by_key(Vec::len);
     Some(lists)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{num::NonZeroUsize, sync::Arc};
+
+    use ratelab::Time;
+    use ratelab_system::graph_file::GraphFile;
+
+    use super::*;
+    use crate::Config;
+
+    /// A control loop whose data may be 350 ms old: three images in a row must be lost.
+    const ROBOT: &str = "
+        name = 'robot'
+        node.camera = { rate = 10, publishes = ['/image'] }
+        node.control = { rate = 10, reads = ['/image'], publishes = ['/cmd'] }
+        chain.see = { path = ['camera', '/image', 'control', '/cmd'], age_ms = 350 }
+    ";
+
+    fn hunt() -> Hunt {
+        let file = GraphFile::parse(ROBOT).expect("a graph");
+        let config = Config {
+            end: Time::from_nanos(1_500_000_000),
+            ..Config::default()
+        };
+        Hunt {
+            threads: NonZeroUsize::MIN,
+            ..Hunt::new(Arc::new(file.system(&[]).expect("a system")), config)
+        }
+    }
+
+    fn budget() -> Budget {
+        Budget {
+            topic: "/image".to_owned(),
+            lose: 9,
+            ..Budget::default()
+        }
+    }
+
+    fn lost(messages: &[u64]) -> Vec<FaultPart> {
+        messages.iter().copied().map(FaultPart::Lost).collect()
+    }
+
+    #[test]
+    fn the_smaller_lists_come_by_size_without_the_empty_one_and_the_whole() {
+        let (a, b) = (FaultPart::Lost(1), FaultPart::Late(2));
+        let smaller = all_smaller(&[b, a, b]).expect("few");
+        assert_eq!(smaller, [vec![b], vec![a], vec![b, b], vec![a, b]]);
+        // 2 to the power of 13 are too many.
+        assert_eq!(all_smaller(&lost(&Vec::from_iter(0..13))), None);
+    }
+
+    #[test]
+    fn a_list_shrinks_to_the_parts_that_it_takes() {
+        let (hunt, budget) = (hunt(), budget());
+        let mut trials = Trials::new(&hunt, &budget, &|| false);
+        let mut list = lost(&[1, 3, 4, 5, 6, 9, 11]);
+        let proof = shrink(&mut list, &mut trials).ok().expect("no run fails");
+        assert_eq!(list.len(), 3, "{list:?}");
+        assert_eq!(proof, Proof::EverySmaller(6));
+        let adjacent = list.windows(2).all(|pair| match pair {
+            [FaultPart::Lost(one), FaultPart::Lost(next)] => next - one == 1,
+            _ => false,
+        });
+        assert!(adjacent, "{list:?}");
+    }
+
+    #[test]
+    fn the_first_list_that_loses_the_run_counts_and_later_ones_do_not() {
+        let (hunt, budget) = (hunt(), budget());
+        let mut trials = Trials::new(&hunt, &budget, &|| false);
+        let lists = [lost(&[2, 3]), lost(&[2, 3, 4]), lost(&[5, 6, 7, 8])];
+        assert_eq!(trials.first_lost(&lists).ok(), Some(Some(1)));
+        assert_eq!(trials.runs(), 2);
+        assert_eq!(trials.best().map(|(list, _)| list), Some(&lists[1]));
+        assert_eq!(trials.first_lost(&lists[..1]).ok(), Some(None));
+    }
+
+    #[test]
+    fn a_search_that_is_stopped_has_tried_nothing_more() {
+        let (hunt, budget) = (hunt(), budget());
+        let mut trials = Trials::new(&hunt, &budget, &|| true);
+        let stopped = trials.first_lost(&[lost(&[2, 3, 4])]);
+        assert!(matches!(stopped, Err(Halt::Stopped)));
+        assert_eq!((trials.runs(), trials.best()), (0, None));
+    }
 }

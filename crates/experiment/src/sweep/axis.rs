@@ -369,3 +369,71 @@ fn units_of<T: Quantity>(part: &str) -> Result<impl Iterator<Item = i128> + use<
     }
     Ok((0..=(last - first) / step).map(move |k| first + k * step))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_read_as_they_are_written_to_nine_places() {
+        for (text, units, shown) in [
+            ("12", Some(12_000_000_000), "12"),
+            ("0.25", Some(250_000_000), "0.25"),
+            ("-3.10", Some(-3_100_000_000), "-3.1"),
+            ("-0.5", Some(-500_000_000), "-0.5"),
+            ("0.000000001", Some(1), "0.000000001"),
+            ("0.0000000001", None, ""),
+            ("1.", None, ""),
+            (".5", None, ""),
+            ("1e3", None, ""),
+            ("--1", None, ""),
+            ("9223372037", None, ""),
+        ] {
+            assert_eq!(decimal(text), units, "{text}");
+            let text = units.map(|units| Decimal(units).to_string());
+            assert_eq!(text.unwrap_or_default(), shown);
+        }
+    }
+
+    #[test]
+    fn a_range_has_its_last_step_that_does_not_pass_its_end() {
+        for (part, expected) in [
+            ("5", &[5][..]),
+            ("1..4", &[1, 2, 3, 4]),
+            ("1..8:3", &[1, 4, 7]),
+            ("7..7:9", &[7]),
+        ] {
+            let found: Vec<i128> = units_of::<u64>(part).expect(part).collect();
+            assert_eq!(found, expected, "{part}");
+        }
+    }
+
+    #[test]
+    fn commas_part_texts_but_for_those_after_a_backslash() {
+        for (list, expected) in [
+            ("none", &["none"][..]),
+            ("none, delay:3", &["none", "delay:3"]),
+            (r"delay:3\,loss:0.1,none", &["delay:3,loss:0.1", "none"]),
+            ("a,,b", &["a", "", "b"]),
+            ("a,", &["a", ""]),
+        ] {
+            assert_eq!(messages(list), expected, "{list}");
+        }
+    }
+
+    #[test]
+    fn a_drawn_duration_is_one_value_unless_it_has_a_step() {
+        for (kind, hole, text, expected) in [
+            (KnobKind::Takes, false, "60..110", false),
+            (KnobKind::Takes, false, "6..8:1", true),
+            (KnobKind::Link, true, "1..3", true),
+            (KnobKind::Hang, false, "6..8", true),
+            (KnobKind::Offset, false, "6..8", true),
+            (KnobKind::Send, false, "1..8", false),
+            (KnobKind::Offset, false, "6", false),
+            (KnobKind::Offset, false, "x..y", false),
+        ] {
+            assert_eq!(is_range(kind, hole, text), expected, "{kind:?} {text}");
+        }
+    }
+}

@@ -324,3 +324,112 @@ fn turn<'l, T>(list: &'l [T], rest: &mut usize) -> Option<&'l T> {
     *rest /= list.len();
     list.get(digit)
 }
+
+#[cfg(test)]
+mod tests {
+    use ratelab_system::{KnobText, graph_file::GraphFile};
+
+    use super::*;
+
+    /// A camera, and a planner with a fourth of its rate.
+    const ROBOT: &str = "
+        name = 'robot'
+        node.camera = { rate = 40, publishes = ['/image'] }
+        node.planner = { rate = 'camera / 4', reads = ['/image'], publishes = ['/plan'] }
+    ";
+
+    fn sweep(lists: &[(&str, &str)]) -> Sweep {
+        let file = GraphFile::parse(ROBOT).expect("a graph");
+        let system = Arc::new(file.system(&[]).expect("a system"));
+        let axis = |(name, list): &(&str, &str)| {
+            SweepAxis::parse(KnobText::default(), name, list).expect(list)
+        };
+        Sweep {
+            axes: lists.iter().map(axis).collect(),
+            ..Sweep::new(system, Config::default())
+        }
+    }
+
+    #[test]
+    fn the_grid_has_every_combination_with_the_seed_fastest() {
+        let sweep = Sweep {
+            seeds: vec![7, 9],
+            ..sweep(&[("rate camera", "10,20"), ("depth /image", "1..3")])
+        };
+        let count = sweep.cells().expect("a grid");
+        let cells: Vec<String> = (0..count)
+            .map(|index| sweep.cell(index).expect("a cell").to_string())
+            .collect();
+        assert_eq!(cells.len(), 2 * 3 * 2);
+        assert_eq!(cells[0], "rate camera 10, depth /image 1, seed 7");
+        assert_eq!(cells[1], "rate camera 10, depth /image 1, seed 9");
+        assert_eq!(cells[2], "rate camera 10, depth /image 2, seed 7");
+        assert_eq!(cells[6], "rate camera 20, depth /image 1, seed 7");
+        assert_eq!(sweep.cell(count), None);
+    }
+
+    #[test]
+    fn a_grid_without_values_of_too_many_or_without_an_end_is_refused() {
+        let many: Vec<u64> = (0..2_000).collect();
+        let with_seeds = |seeds: Vec<u64>| Sweep {
+            seeds,
+            ..sweep(&[("depth /image", "1..1000")])
+        };
+        for (sweep, expected) in [
+            (with_seeds(Vec::new()), "a sweep without seeds has no runs"),
+            (
+                with_seeds((0..2_001).collect()),
+                "2001000 runs are too many",
+            ),
+            (
+                Sweep {
+                    base: Config {
+                        end: Time::MAX,
+                        ..Config::default()
+                    },
+                    ..sweep(&[])
+                },
+                "the runs of a sweep must end",
+            ),
+        ] {
+            let error = sweep.cells().expect_err(expected).to_string();
+            assert!(error.contains(expected), "{error}");
+        }
+        assert_eq!(with_seeds(many).cells().ok(), Some(MAX_CELLS));
+    }
+
+    #[test]
+    fn a_divided_rate_follows_the_swept_one_unless_it_is_set_by_itself() {
+        for (lists, setup, planner) in [
+            (&[("rate camera", "20,60")][..], "", [5.0, 15.0]),
+            (&[("rate camera", "20,60")], "rate planner 3", [3.0, 3.0]),
+            (
+                &[("rate camera", "20"), ("rate planner", "2,8")],
+                "",
+                [2.0, 8.0],
+            ),
+            (&[("depth /image", "1,2")], "", [10.0, 10.0]),
+        ] {
+            let mut sweep = sweep(lists);
+            let knobs = setup
+                .split_terminator(';')
+                .map(|knob| knob.parse().expect(knob));
+            sweep.base.setup.extend(knobs);
+            let sweep = sweep.resolved().expect("a sweep");
+            let found = [0, 1].map(|index| {
+                let config = sweep.config(&sweep.cell(index).expect("a cell"));
+                config.setup.rate("planner").map(|hz| hz.get())
+            });
+            assert_eq!(found, planner.map(Some), "{lists:?} {setup}");
+        }
+    }
+
+    #[test]
+    fn a_cell_runs_on_the_virtual_clock_with_its_seed_and_its_values() {
+        let mut sweep = sweep(&[("rate camera", "10")]);
+        (sweep.base.clock, sweep.seeds) = (ClockKind::Real, vec![5]);
+        let config = sweep.config(&sweep.cell(0).expect("a cell"));
+        assert_eq!((config.clock, config.seed), (ClockKind::Virtual, 5));
+        assert_eq!(config.setup.rate("camera").map(|hz| hz.get()), Some(10.0));
+    }
+}

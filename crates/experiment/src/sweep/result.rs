@@ -1,5 +1,5 @@
-//! The results of a sweep's cells, and the share of runs held, by the age of the sensing behind their
-//! actions.
+//! The results of a sweep's cells, and the share of runs held, by the age of the sensing behind
+//! their actions.
 
 use ratelab::Time;
 use ratelab_system::{System, SystemFigure, Verdict};

@@ -8,7 +8,7 @@ use std::{cmp::Reverse, collections::VecDeque, iter};
 use ratelab::{Derived, Head, MessageId, TickId, Time};
 use smallvec::SmallVec;
 
-use super::{DataWay, Lineage, TracedTick, TracedTopic};
+use super::{DataWay, Lineage, TickPlace, TracedTick, TracedTopic};
 
 /// When the newest data of each node that begins data began (run time), by the indices of the nodes.
 pub(super) type Beginnings = SmallVec<[(usize, Time); 2]>;
@@ -57,10 +57,13 @@ impl Lineage {
         (known.tick.number == tick.number).then_some(index)
     }
 
-    /// Returns the tick that published a message, as a node and the index of a tick.
-    pub fn made_by(&self, message: MessageId) -> Option<(usize, usize)> {
+    /// Returns the tick that published a message.
+    pub fn made_by(&self, message: MessageId) -> Option<TickPlace> {
         let by = self.head(message)?.by?;
-        Some((by.node, self.index_of(by)?))
+        Some(TickPlace {
+            node: by.node,
+            index: self.index_of(by)?,
+        })
     }
 
     /// Returns the messages published by the tick with this index of a node.

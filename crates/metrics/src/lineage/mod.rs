@@ -98,6 +98,15 @@ fn add_read(reads: &mut Reads, read: MessageId) {
     }
 }
 
+/// A tick, by its place among the known ticks of its node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TickPlace {
+    /// Index of the node.
+    pub node: usize,
+    /// Index of the tick.
+    pub index: usize,
+}
+
 /// A tick of a node.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TracedTick {

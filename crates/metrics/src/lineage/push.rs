@@ -5,7 +5,7 @@ use std::{iter, mem, time::Duration};
 use ratelab::{MessageId, Time};
 
 use super::{
-    DataWay, Lineage, TracedTick,
+    DataWay, Lineage, TickPlace, TracedTick,
     parts::{AgeParts, AgeStage, MOST_HOPS, signed, works_from},
 };
 
@@ -188,8 +188,8 @@ impl Lineage {
 /// The ticks and messages behind a push.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Chain {
-    /// Nodes and indices of their ticks, the acting node first.
-    pub ticks: Vec<(usize, usize)>,
+    /// The ticks, that of the acting node first.
+    pub ticks: Vec<TickPlace>,
     /// The messages, the applied one first.
     pub messages: Vec<MessageId>,
 }
@@ -200,12 +200,15 @@ impl Lineage {
         let mut chain = Chain::default();
         let ticks = &self.nodes[push.node].ticks;
         let acts = ticks.partition_point(|worked| worked.ends() < push.since);
-        chain.ticks.push((push.node, acts));
+        chain.ticks.push(TickPlace {
+            node: push.node,
+            index: acts,
+        });
         for step in self.steps(push.message, push.source).take(MOST_HOPS) {
             chain.messages.push(step.message);
             chain
                 .ticks
-                .extend(step.made.map(|(node, index, _)| (node, index)));
+                .extend(step.made.map(|(node, index, _)| TickPlace { node, index }));
         }
         chain
     }

@@ -1,5 +1,5 @@
-//! What a tick waited for before it began, for what it was set aside, and what waits in the queue of
-//! a topic.
+//! What a tick waited for before it began, for what it was set aside, and what waits in the queue
+//! of a topic.
 
 use std::{collections::VecDeque, time::Duration};
 

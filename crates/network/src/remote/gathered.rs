@@ -1,5 +1,5 @@
-//! What is known of a run of other processes, put together in the order of its run times, with numbers and
-//! totals that go on where a process that was started again begins anew.
+//! What is known of a run of other processes, put together in the order of its run times, with
+//! numbers and totals that go on where a process that was started again begins anew.
 
 use std::{
     collections::{BTreeMap, HashMap},
@@ -195,7 +195,10 @@ impl GatheredRun {
         self.relay.message(topic, head, &row, place.missing);
         let name = self.topology.topics.get(topic).map(|topic| &*topic.name);
         let is = |other: Option<&str>| name.is_some() && name == other;
-        let (is_state, is_chains) = (is(self.system.state()), is(self.system.chains()));
+        let (is_state, is_chains) = (
+            is(self.system.states_topic()),
+            is(self.system.chains_topic()),
+        );
         if let (Some(tally), Some(name)) = (&mut self.tally, name)
             && tally.topics().contains(&name)
         {

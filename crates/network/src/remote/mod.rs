@@ -23,7 +23,10 @@ use ratelab_metrics::TickRecord;
 use ratelab_recording::{Origin, Source, StopReason};
 use ratelab_system::System;
 
-use self::{gathered::GatheredRun, processes::Processes};
+use self::{
+    gathered::GatheredRun,
+    processes::{Inexact, Processes},
+};
 use crate::{
     Follower,
     machine::{self, Nanos},
@@ -144,8 +147,8 @@ impl RemoteRun {
         let (from, zero) = (info.incarnation, info.zero);
         let events = mem::take(&mut info.events);
         self.processes.add(info);
-        if let Some((shift, _)) = zero.and_then(|zero| self.processes.shift(from, zero)) {
-            self.take_events(from, 0, &events, shift);
+        if let Some(shift) = zero.and_then(|zero| self.processes.shift(from, zero)) {
+            self.take_events(from, 0, &events, shift.nanos);
         }
     }
 
@@ -217,10 +220,14 @@ impl RemoteRun {
 
     fn take(&mut self, from: u64, batch: Batch) {
         self.processes.note_zero(from, batch.zero);
-        let Some((shift, bound)) = self.processes.shift(from, batch.zero) else {
+        let Some(Inexact {
+            nanos: shift,
+            error,
+        }) = self.processes.shift(from, batch.zero)
+        else {
             return;
         };
-        let lost = self.processes.report(from, &batch, bound);
+        let lost = self.processes.report(from, &batch, error);
         self.lost_batches = self.lost_batches.saturating_add(lost);
         self.take_events(from, batch.first_event, &batch.events, shift);
         let time = |time| shifted(time, shift);
@@ -259,7 +266,7 @@ impl RemoteRun {
 
     /// Returns the run time now, less what is held back; `None` before the run.
     fn ripe(&self) -> Option<Time> {
-        let (zero, _) = self.processes.zero()?;
+        let zero = self.processes.zero()?.nanos;
         let hold = Nanos::try_from(HOLD.as_nanos()).ok()?;
         let passed = machine::now().saturating_sub(zero).saturating_sub(hold);
         Some(Time::from_nanos(u64::try_from(passed).unwrap_or(0)))

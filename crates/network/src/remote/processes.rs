@@ -17,6 +17,15 @@ use ratelab_recording::ProcessRecord;
 /// Time without a report after which a process counts as gone.
 pub(super) const GONE: Duration = Duration::from_millis(500);
 
+/// A time or a difference of times (ns), with its greatest error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Inexact {
+    /// Its middle.
+    pub nanos: Nanos,
+    /// How far the true one is from that at the most.
+    pub error: Nanos,
+}
+
 /// All processes that were there, without replaced ones.
 #[derive(Default)]
 pub struct Processes {
@@ -140,28 +149,33 @@ impl Processes {
     }
 
     /// Returns the run time zero by our clock, with its error; `None` before the run.
-    pub fn zero(&self) -> Option<(Nanos, Nanos)> {
+    pub fn zero(&self) -> Option<Inexact> {
         let hub = self.hub.as_ref()?;
         self.moment(hub, hub.zero?)
     }
 
     /// `moment` of the clock of `process` by our clock, with its error.
-    fn moment(&self, process: &Info, moment: Nanos) -> Option<(Nanos, Nanos)> {
+    fn moment(&self, process: &Info, moment: Nanos) -> Option<Inexact> {
         let estimate = self.clocks.get(&process.clock)?;
-        Some((estimate.ours(moment), estimate.bound))
+        Some(Inexact {
+            nanos: estimate.ours(moment),
+            error: estimate.bound,
+        })
     }
 
     /// Returns what is to be added to run times (ns) of process `from`, whose run began at `zero`,
     /// and the greatest error of that; `None` while unknown.
-    pub fn shift(&self, from: u64, zero: Nanos) -> Option<(Nanos, Nanos)> {
+    pub fn shift(&self, from: u64, zero: Nanos) -> Option<Inexact> {
         let (hub, process) = (self.hub.as_ref()?, &self.all.get(&from)?.info);
         if process.clock == hub.clock {
-            return Some((zero.saturating_sub(hub.zero?), 0));
+            let nanos = zero.saturating_sub(hub.zero?);
+            return Some(Inexact { nanos, error: 0 });
         }
-        let (of_hub, error) = self.zero()?;
-        let (of_process, more) = self.moment(process, zero)?;
-        let error = error.saturating_add(more);
-        Some((of_process.saturating_sub(of_hub), error))
+        let (of_hub, of_process) = (self.zero()?, self.moment(process, zero)?);
+        Some(Inexact {
+            nanos: of_process.nanos.saturating_sub(of_hub.nanos),
+            error: of_hub.error.saturating_add(of_process.error),
+        })
     }
 
     /// Those of the `events` of process `from` that are new, and to be shown: topics are in
@@ -311,7 +325,10 @@ mod tests {
         processes.add(info(2, "near", 1, 600));
         processes.add(info(3, "far", 2, 1600));
         processes.add(info(4, "unknown", 3, 0));
-        let shift = |from, zero| processes.shift(from, zero);
+        let shift = |from, zero| {
+            let shift = processes.shift(from, zero)?;
+            Some((shift.nanos, shift.error))
+        };
         assert_eq!(shift(2, 600), Some((100, 0)));
         assert_eq!(shift(3, 1600), Some((100, 30)));
         assert_eq!(shift(4, 0), None);

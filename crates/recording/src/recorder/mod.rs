@@ -365,7 +365,7 @@ impl Source {
     pub(crate) fn has_picture(&self) -> bool {
         let fields = self
             .system
-            .state()
+            .states_topic()
             .and_then(|state| self.taps.fields(state));
         let zeros = fields.map(|fields| vec![0.0; fields.len()]);
         zeros.is_some_and(|zeros| self.system.robot().picture(&zeros).is_some())

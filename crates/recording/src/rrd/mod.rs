@@ -26,7 +26,6 @@
 
 pub mod blueprint;
 mod columns;
-mod compact;
 mod content;
 mod curves;
 mod file;

@@ -16,8 +16,7 @@ use rerun::{EntityPath, RecordingStream};
 
 use super::{
     blueprint, columns,
-    compact::{LARGEST, compact},
-    file::RecordingFile,
+    file::{LARGEST, RecordingFile, compact},
     scene::{Scene, lanes, traffic},
     schema::{CHECKPOINT, ContentDigest, END, RowDigest, UNTIL, node_entity, topic_entity},
     thread_log::ThreadTrack,
@@ -183,7 +182,10 @@ impl RecordingWriter {
     fn write(&mut self, until: Time, events: &[Event]) -> Written {
         let rows = self.waiting.take_ended(until);
         let topology = &self.topology;
-        let states = self.system.state().and_then(|state| topology.topic(state));
+        let states = self
+            .system
+            .states_topic()
+            .and_then(|state| topology.topic(state));
         let stream = self.stream(states.map_or(&[], |states| rows.topics[states].heads()));
         let (made, digest) = (stream.made(), &mut self.digest);
         let topics = topology.topics.iter().zip(&rows.topics);

@@ -70,7 +70,7 @@ impl Recording {
             until,
             ..Self::empty(origin)
         };
-        let rows = [system.state(), system.chains()].map(|name| recording.rows(name?));
+        let rows = [system.states_topic(), system.chains_topic()].map(|name| recording.rows(name?));
         let newest = rows.map(|rows| rows.and_then(Rows::last).map(|(_, row)| row));
         let verdict = system.verdict(&run.exit, until, newest);
         let summary = Summary {

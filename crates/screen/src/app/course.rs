@@ -95,7 +95,7 @@ impl App {
         let Some(ByHand { rescue, .. }) = &mut self.course.by_hand else {
             return;
         };
-        let states = self.shown.run.system().state();
+        let states = self.shown.run.system().states_topic();
         rows.iter()
             .filter(|(topic, _)| Some(&**topic) == states)
             .for_each(|(_, rows)| rescue.add(rows));

@@ -268,19 +268,34 @@ impl CliffMap {
         self.outcomes.get(self.index(column, row))?.as_ref()
     }
 
-    /// Numbers of runs held and of finished runs in a column.
-    pub fn survival(&self, column: usize) -> (usize, usize) {
+    /// Returns the finished runs in a column.
+    pub fn survival(&self, column: usize) -> HeldRuns {
         let rows = 0..self.rows.len();
         let outcomes = rows.filter_map(|row| self.outcome(column, row));
-        outcomes.fold((0, 0), |(well, runs), outcome| {
-            (well + usize::from(!outcome.is_lost()), runs + 1)
+        outcomes.fold(HeldRuns::default(), |runs, outcome| HeldRuns {
+            held: runs.held + usize::from(!outcome.is_lost()),
+            finished: runs.finished + 1,
         })
     }
 
-    /// Numbers of finished runs and of all runs.
-    pub fn progress(&self) -> (usize, usize) {
-        (self.done, self.outcomes.len())
+    /// Returns the number of finished runs.
+    pub fn done(&self) -> usize {
+        self.done
     }
+
+    /// Returns the number of all runs.
+    pub fn runs(&self) -> usize {
+        self.outcomes.len()
+    }
+}
+
+/// Finished runs, and how many of them were held.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HeldRuns {
+    /// Number of runs that were not lost.
+    pub held: usize,
+    /// Number of finished runs.
+    pub finished: usize,
 }
 
 /// Returns `axis` ordered by distance from `now`, the nearest first.

@@ -1,5 +1,5 @@
-//! What a frame shows of a node, of a topic and of the push in force; and quantiles and histograms of a
-//! running graph, read at intervals.
+//! What a frame shows of a node, of a topic and of the push in force; and quantiles and histograms
+//! of a running graph, read at intervals.
 //!
 //! Distributions cost more to read than everything else in a frame, and figures that
 //! change thirty times a second are unreadable.

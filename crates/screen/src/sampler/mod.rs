@@ -271,7 +271,7 @@ impl Sampler {
         if let Some(planning) = system.robot().planning() {
             self.plans.remember(&planning, topic, rows);
         }
-        if system.state() == Some(topic) {
+        if system.states_topic() == Some(topic) {
             rows.iter()
                 .for_each(|(head, row)| self.judge(system, head, row));
             if let Some((head, row)) = rows.last() {
@@ -284,7 +284,7 @@ impl Sampler {
 
     fn judge(&mut self, system: &dyn System, head: &Head, state: &[f64]) {
         let (exit, at) = (&ClockExit::Stopped, head.at);
-        let verdict = if system.chains() == system.state() {
+        let verdict = if system.chains_topic() == system.states_topic() {
             system.verdict(exit, at, [Some(state); 2])
         } else {
             system.judge().verdict(exit, at, Some(state))

@@ -89,8 +89,8 @@ impl RunMoment<'_> {
     fn lost_by_now(&self) -> Option<VerdictData> {
         let (system, graph) = (self.facts.system, self.facts.graph);
         let topic = system
-            .chains()
-            .filter(|chains| Some(*chains) == system.state())?;
+            .chains_topic()
+            .filter(|chains| Some(*chains) == system.states_topic())?;
         let newest = graph.topic(topic).and_then(|topic| topic.newest);
         // A fast run is ahead of its ages: with an older one the newest data would look too old.
         let at = if self.state.is_empty() || newest == Some(self.state_at) {

@@ -13,7 +13,7 @@ use super::{
     text::{clip, line, pad, width},
 };
 use crate::{
-    cliff::CliffMap,
+    cliff::{CliffMap, HeldRuns},
     theme::{SurvivalLevel, Theme},
 };
 
@@ -41,9 +41,11 @@ pub fn render(map: &CliffMap, mut sheet: Sheet<'_>) {
     let place = rows(right, sheet.height() - grid.size.1, grid.size.1);
     let mut cleared = sheet.part(place);
     cleared.clear();
-    let progress = match map.progress() {
-        (done, all) if done < all => format!("{done} of {all} runs"),
-        (_, all) => format!("{all} runs of {} s", map.sweep.base.end.as_secs_f64()),
+    let (done, all) = (map.done(), map.runs());
+    let progress = if done < all {
+        format!("{done} of {all} runs")
+    } else {
+        format!("{all} runs of {} s", map.sweep.base.end.as_secs_f64())
     };
     // The progress has priority over the conditions.
     let room = cleared.width().saturating_sub(width(&progress) + 4);
@@ -82,7 +84,7 @@ fn said(map: &CliffMap, theme: &Theme) -> Vec<String> {
             format!("{}{latency}", outcome.verdict)
         }
     };
-    let (well, runs) = map.survival(column);
+    let HeldRuns { held, finished } = map.survival(column);
     let word = map
         .sweep
         .system
@@ -92,7 +94,7 @@ fn said(map: &CliffMap, theme: &Theme) -> Vec<String> {
         .next()
         .unwrap_or_default();
     let all = match map.only_seed() {
-        None => Some(format!("{x}: {well} of {runs} seeds {word}")),
+        None => Some(format!("{x}: {held} of {finished} seeds {word}")),
         Some(_) => None,
     };
     let here = format!("{x}, {y}: {run}");
@@ -187,22 +189,24 @@ impl<'a> Grid<'a> {
         let label = format!("{mark}{number:>digits$} ", digits = self.label - 2);
         let outcomes = (0..self.map.columns.len()).map(|rate| {
             let outcome = self.map.outcome(rate, seed);
-            let well = outcome.is_some_and(|outcome| !outcome.is_lost());
-            let survival = (usize::from(well), usize::from(outcome.is_some()));
+            let held = outcome.is_some_and(|outcome| !outcome.is_lost());
+            let survival = HeldRuns {
+                held: held.into(),
+                finished: outcome.is_some().into(),
+            };
             (survival, here && rate == self.map.at.0)
         });
         self.row((label, style), outcomes)
     }
 
-    /// Returns a label, and cells of numbers of runs held and of finished runs, with the chosen one
-    /// highlighted.
+    /// Returns a label, and cells of runs, with the chosen one highlighted.
     fn row(
         &self,
         label: (String, Style),
-        survivals: impl Iterator<Item = ((usize, usize), bool)>,
+        survivals: impl Iterator<Item = (HeldRuns, bool)>,
     ) -> Line<'static> {
-        let cells = survivals.map(|((well, runs), chosen)| {
-            let level = SurvivalLevel::new(well, runs);
+        let cells = survivals.map(|(runs, chosen)| {
+            let level = SurvivalLevel::new(runs.held, runs.finished);
             let style = if chosen {
                 level.style(self.theme).add_modifier(Modifier::REVERSED)
             } else {

@@ -152,7 +152,7 @@ impl ScreenState<'_> {
     /// Returns whether the system has a picture, or may have one after the first state.
     fn has_picture(&self) -> bool {
         let state = &self.frame.state;
-        self.system.state().is_some()
+        self.system.states_topic().is_some()
             && (state.is_empty() || self.system.robot().picture(state).is_some())
     }
 }

@@ -172,3 +172,67 @@ pub(super) fn once(key: &str, name: &Placed, before: &[Placed]) -> Checked {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_is_a_line_and_a_column_of_characters() {
+        let text = "name = \"ä\"\nrate = 5\n";
+        for (at, place) in [
+            (0, [1, 1]),
+            (8, [1, 9]),
+            (10, [1, 10]),
+            (12, [2, 1]),
+            (99, [3, 1]),
+        ] {
+            assert_eq!(line_and_column(text, at), place, "{at}");
+        }
+    }
+
+    #[test]
+    fn the_nearest_name_is_offered_and_otherwise_some_of_all() {
+        let many: Vec<String> = (0..20).map(|number| format!("x{number}")).collect();
+        let many: Vec<&str> = many.iter().map(String::as_str).collect();
+        for (word, known, expected) in [
+            (
+                "camra",
+                &["camera", "control"][..],
+                "did you mean \"camera\"?",
+            ),
+            ("zz", &["camera", "control"], "expected camera or control"),
+            ("zz", &["camera", "camera"], "expected camera"),
+            ("zz", &[], "there are none"),
+            (
+                "zz",
+                &many,
+                "expected one of x0, x1, x2, x3, x4, x5, x6, x7, x8, x9, x10, x11, ...",
+            ),
+        ] {
+            assert_eq!(instead(word, known.iter().copied()), expected, "{word}");
+        }
+    }
+
+    #[test]
+    fn names_are_plain_so_that_they_are_whole_in_knobs_and_options() {
+        let long = "x".repeat(LONGEST_NAME + 1);
+        for (text, of_node, of_topic) in [
+            ("camera", true, false),
+            ("left.eye-2", true, false),
+            ("_x", false, false),
+            ("two words", false, false),
+            ("", false, false),
+            (&*long, false, false),
+            ("/image", false, true),
+            ("/left/image", false, true),
+            ("/left//image", false, false),
+            ("/", false, false),
+            (CHAINS, false, false),
+        ] {
+            let placed = Placed::new(text, 7);
+            assert_eq!(name(&placed).is_ok(), of_node, "{text}");
+            assert_eq!(topic_name(&placed).is_ok(), of_topic, "{text}");
+        }
+    }
+}

@@ -45,7 +45,6 @@ mod document;
 mod error;
 mod executors;
 pub mod format;
-mod graph_node;
 mod insertion;
 mod plant;
 mod readings;
@@ -238,5 +237,98 @@ impl GraphFile {
     fn published(&self) -> impl Iterator<Item = &str> + Clone {
         let topics = self.nodes.iter().flat_map(|node| &node.publishes);
         topics.map(|topic| &*topic.text)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A graph of two nodes, with `extra` keys in the second.
+    fn graph(extra: &str) -> String {
+        let control = "[node.control]\nreads = [\"/image\"]\npublishes = [\"/cmd\"]";
+        let camera = "[node.camera]\nrate = 30\ntakes = 20\npublishes = [\"/image\"]";
+        format!("name = \"robot\"\n{camera}\n{control}\n{extra}\n")
+    }
+
+    #[test]
+    fn settings_of_nodes_and_topics_are_knobs_in_the_order_of_the_file() {
+        for (extra, expected) in [
+            ("rate = 10", "rate control 10"),
+            (
+                "rate = 10\ntakes = \"5..9\"",
+                "rate control 10; takes control 5..9",
+            ),
+            ("rate = \"camera / 4\"", "rate control 7.5"),
+            (
+                "rate = 10\n[topic.\"/image\"]\ndepth = 3",
+                "rate control 10; depth /image 3",
+            ),
+            (
+                "rate = 10\n[clock]\nrate = 100",
+                "rate control 10; clock camera 0 0 10; clock control 0 0 10",
+            ),
+        ] {
+            let file = GraphFile::parse(&graph(extra)).expect(extra);
+            let knobs = file.settings.iter().map(|placed| placed.knob.to_string());
+            let found: Vec<String> = knobs.collect();
+            let of_camera = "rate camera 30; takes camera 20";
+            assert_eq!(
+                found.join("; "),
+                format!("{of_camera}; {expected}"),
+                "{extra}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_setting_that_is_refused_is_told_with_its_place() {
+        for (extra, line, column, what) in [
+            ("rate = 0", 9, 8, "rate"),
+            (
+                "rate = 10\ntakes = \"fast\"",
+                10,
+                9,
+                "takes: \"fast\" is not a duration",
+            ),
+            (
+                "rate = \"cam / 4\"",
+                9,
+                8,
+                "rate: no node \"cam\": did you mean \"camera\"?",
+            ),
+            (
+                "rate = 10\nmatch = \"each\"",
+                10,
+                9,
+                "\"control\" ticks at a rate: leave match out",
+            ),
+            (
+                "trigger = [\"/image\"]",
+                9,
+                1,
+                "\"/image\" triggers the node",
+            ),
+            ("rate = 10\nlate = \"soon\"", 10, 8, "late: "),
+        ] {
+            let error = GraphFile::parse(&graph(extra)).expect_err(extra);
+            assert!(error.what.contains(what), "{extra}: {error}");
+            let place = (error.line, error.column);
+            assert!(
+                place == (line, column) || what.contains("triggers"),
+                "{extra}: {error}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_change_of_a_setting_that_fails_has_the_place_of_that_setting() {
+        let file = GraphFile::parse(&graph("rate = 10")).expect("a graph");
+        let refuse_takes = |knob: Knob| match knob {
+            Knob::Takes { .. } => Err("no such file"),
+            knob => Ok(knob),
+        };
+        let error = file.map_settings(refuse_takes).expect_err("a refusal");
+        assert_eq!(error.to_string(), "line 4, column 9: takes: no such file");
     }
 }

@@ -1,5 +1,5 @@
-//! Warnings that are known before a run: nodes, callback groups and executors that are asked for more
-//! than they can do, and clocks that keep a node silent, or that are too coarse for its rate.
+//! Warnings that are known before a run: nodes, callback groups and executors that are asked for
+//! more than they can do, and clocks that keep a node silent, or that are too coarse for its rate.
 
 use std::{collections::BTreeMap, time::Duration};
 

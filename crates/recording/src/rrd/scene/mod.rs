@@ -84,7 +84,7 @@ impl Scene {
     ) -> Written {
         for (topic, rows) in self.topics.iter().zip(topics) {
             signals::add(stream, &self.system.signals(), topic, rows)?;
-            if Some(&**topic) == self.system.state() {
+            if Some(&**topic) == self.system.states_topic() {
                 self.picture.add(stream, rows)?;
             }
         }
