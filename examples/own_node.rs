@@ -5,10 +5,7 @@
 
 use std::error::Error;
 
-use ratelab::{
-    Clock, Depth, Flow, Graph, Hz, Inbox, Node, Publisher, Subscription, Tick, TickResult, Time,
-    Topic, VirtualClock,
-};
+use ratelab::{Flow, Graph, Node, Publisher, Subscription, Tick, TickResult};
 use ratelab_metrics::Observer;
 
 /// A low-pass filter: each tick moves a quarter of the way to the newest reading.
@@ -29,23 +26,22 @@ impl Node for Smooth {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let raw = Topic::new("/raw", Depth::ONE);
-    let smooth = Topic::new("/smooth", Depth::ONE);
     let mut graph = Graph::new();
-    graph.node("sonar", Hz::new(50.0)?, 0, |wiring| {
+    let (raw, smooth) = (graph.topic("/raw"), graph.topic("/smooth"));
+    graph.node("sonar", 50.0, 0, |wiring| {
         let raw = wiring.publisher(&raw);
         let mut readings = [2.2, 1.9, 2.1, 1.8].into_iter().cycle();
         move |tick: &mut Tick| {
             tick.publish(&raw, readings.next().unwrap_or(2.0));
         }
     })?;
-    graph.node("smooth", Hz::new(20.0)?, 1, |wiring| Smooth {
+    graph.node("smooth", 20.0, 1, |wiring| Smooth {
         input: wiring.subscription(&raw),
         output: wiring.publisher(&smooth),
         value: 2.0,
     })?;
-    let (observer, end) = (Observer::new(&graph), Time::from_secs_f64(1.0)?);
-    VirtualClock.run(&mut graph, &mut Inbox::default(), end)?;
+    let observer = Observer::new(&graph);
+    graph.run_virtual(1.0)?;
 
     for topic in observer.snapshot().topics {
         let (name, published) = (&topic.name, topic.published);

@@ -5,7 +5,7 @@
 
 use std::error::Error;
 
-use ratelab::{Clock, Depth, Graph, Hz, Inbox, Tick, Time, Topic, VirtualClock};
+use ratelab::{Graph, Tick};
 use ratelab_metrics::{Fields, TapHandle};
 
 /// The speed of the wheels.
@@ -31,9 +31,9 @@ impl Fields for Wheels {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let wheels = Topic::new("/wheels", Depth::ONE);
     let mut graph = Graph::new();
-    graph.node("drive", Hz::new(4.0)?, 0, |wiring| {
+    let wheels = graph.topic("/wheels");
+    graph.node("drive", 4.0, 0, |wiring| {
         let wheels = wiring.publisher(&wheels);
         move |tick: &mut Tick| {
             let (left, right) = (1.0 + tick.now().as_secs_f64(), 1.0);
@@ -42,8 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     })?;
     // A tap copies every message, whether or not a node reads it.
     let log = TapHandle::new(&graph).topic(&wheels, 16);
-    let end = Time::from_secs_f64(1.0)?;
-    VirtualClock.run(&mut graph, &mut Inbox::default(), end)?;
+    graph.run_virtual(1.0)?;
 
     println!("time, {}", Wheels::FIELDS.join(", "));
     for tapped in log.items().try_iter() {

@@ -76,12 +76,16 @@ impl Graph {
         self.schedule.add_arrivals(self.arrivals.take());
     }
 
-    /// Runs the graph in virtual time, as fast as it can, to `end` (s) of run time.
+    /// Runs the graph in virtual time, as fast as it can, until the run time `end` (s): no duration,
+    /// a second run goes on where the first one ended.
     ///
     /// # Errors
-    /// [`RunError`] for a time that is none, and if a node failed.
+    /// [`RunError`] for a number that is not a run time or is over, and if a node failed.
     pub fn run_virtual(&mut self, end: f64) -> Result<ClockExit, RunError> {
-        let end = Time::from_secs_f64(end)?;
+        let (end, now) = (Time::from_secs_f64(end)?, self.now());
+        if end < now {
+            return Err(RunError::Past { end, now });
+        }
         Ok(VirtualClock.run(self, &mut Inbox::default(), end)?)
     }
 }
@@ -92,6 +96,14 @@ pub enum RunError {
     /// A number of seconds that is not a run time.
     #[error(transparent)]
     Time(#[from] TimeError),
+    /// An end that is over.
+    #[error("the run is at {now}, after {end}: give it a later end, counted from its start")]
+    Past {
+        /// The run time at which it was to end.
+        end: Time,
+        /// The run time that it has reached.
+        now: Time,
+    },
     /// A node failed.
     #[error(transparent)]
     Fault(#[from] Fault),

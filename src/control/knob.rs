@@ -167,7 +167,7 @@ knobs! {
         depth: Depth,
     }
     /// A message to a node, which interprets it; see
-    /// [`Node::on_message`](crate::Node::on_message).
+    /// [`Node::on_order`](crate::Node::on_order).
     #[serde(rename = "Tell")]
     Send = "send NODE TEXT" {
         /// The node's name.

@@ -161,6 +161,9 @@ impl ControlPlane {
             if others.any(|other| other.name == topic.name) {
                 return Err(GraphError::DuplicateTopic(topic.name.to_string()));
             }
+            if topic.topic.is_in_graph() {
+                return Err(GraphError::TopicOfAnotherGraph(topic.name.to_string()));
+            }
         }
         for topic in new {
             topic

@@ -50,6 +50,9 @@ pub enum GraphError {
         "there is another topic {0:?} already: use that one, or give this one a name of its own"
     )]
     DuplicateTopic(String),
+    /// A topic that another graph has, with its old messages.
+    #[error("the topic {0:?} is in another graph: make one for each graph")]
+    TopicOfAnotherGraph(String),
     /// Messages are to trigger a node, but no topic does.
     #[error("no topic triggers {0:?}: take one with Wiring::trigger, or give the node a rate")]
     NoTrigger(String),
@@ -123,8 +126,13 @@ impl Default for Graph {
 }
 
 impl Graph {
-    /// Creates an empty graph at run time zero.
+    /// Creates an empty graph at run time zero, with seed 0.
     pub fn new() -> Self {
+        Self::with_seed(0)
+    }
+
+    /// Creates an empty graph whose random durations follow `seed`.
+    pub fn with_seed(seed: u64) -> Self {
         let status = Status {
             clock: ClockKind::Virtual,
             paused: false,
@@ -140,7 +148,7 @@ impl Graph {
                 remote: Vec::new(),
                 topics: Vec::new(),
                 records: RecordSender::default(),
-                seed: 0,
+                seed,
             },
             arrivals: Arc::default(),
             cores: None,
@@ -335,11 +343,6 @@ impl Graph {
         self.control.update(|status| status.paused = paused);
     }
 
-    /// Sets the seed of all random durations, before nodes are added.
-    pub fn set_seed(&mut self, seed: u64) {
-        self.control.seed = seed;
-    }
-
     /// Checks that the knob exists and that everything its value needs is loaded.
     ///
     /// # Errors
@@ -357,10 +360,12 @@ impl Graph {
     }
 
     /// Sets a knob between two runs, or before the first; returns the one that was in force, unless the
-    /// node runs in another process.
+    /// node runs in another process. For `lose` and `hang`, which cannot be taken back, returns what the
+    /// log shows.
     ///
     /// # Errors
-    /// The reason and a remedy; nothing is changed then.
+    /// The reason and a remedy; nothing is changed then, but for a node that refuses to be restarted:
+    /// it stays crashed.
     pub fn set(&mut self, knob: &Knob) -> Result<Option<Knob>, KnobRefusal> {
         let now = self.now();
         if knob.kind().is_of_topic() {

@@ -101,9 +101,11 @@ impl Topology {
         while let Some(&node) = path.last() {
             let triggers = self.nodes[node].triggers.iter();
             let mut before = triggers.flat_map(|topic| &self.topics[*topic].publishers);
-            // There are no circles of triggers.
+            // A graph has no circle of triggers, but a damaged recording of one may.
             match before.find(|publisher| known[**publisher].is_none()) {
-                Some(unknown) if known[node].is_none() => path.push(*unknown),
+                Some(unknown) if known[node].is_none() && !path.contains(unknown) => {
+                    path.push(*unknown);
+                }
                 _ => {
                     let rate = self.rate_of_messages(node, known);
                     known[node].get_or_insert(rate);

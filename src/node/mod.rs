@@ -163,13 +163,13 @@ pub trait Node: Send {
     /// # Errors
     /// The reason and a remedy; the node is then unchanged. The default refuses every
     /// text.
-    fn on_message(&mut self, text: &str) -> Result<String, NodeError> {
+    fn on_order(&mut self, text: &str) -> Result<String, NodeError> {
         let _ = text;
         Err("this node takes no orders".into())
     }
 
     /// Sets a parameter of the node at run time `now`, between two calls of it, and returns
-    /// the value before, for the log. As for [`on_message`](Node::on_message), a run can be
+    /// the value before, for the log. As for [`on_order`](Node::on_order), a run can be
     /// repeated exactly only if the effect depends on nothing else.
     ///
     /// # Errors

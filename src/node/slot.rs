@@ -175,6 +175,7 @@ impl NodeSlot {
             // The crash cuts it off.
             Err(cause) if cause.is::<NodeCrash>() => Flow::Continue,
             Err(_) => {
+                self.tick.abort();
                 self.record_end();
                 return outcome;
             }
@@ -298,7 +299,7 @@ impl NodeSlot {
         self.node = Box::new(|_: &mut Tick| {});
         self.node = (again.build)(self.ends.clone());
         match &again.message {
-            Some(text) => self.node.on_message(text).map(drop),
+            Some(text) => self.node.on_order(text).map(drop),
             None => Ok(()),
         }
     }

@@ -240,7 +240,8 @@ impl Tick {
         self.send(to, data, publication);
     }
 
-    /// Publishes data that begin with this tick at once, whatever the tick takes.
+    /// Publishes data that begin with this tick at once, whatever the tick takes; stamped by the run
+    /// time, not by a wrong clock of the node.
     pub fn publish_at_once<T: Payload>(&self, to: &Publisher<T>, data: T) {
         let publication = Publication {
             stamp: self.now,

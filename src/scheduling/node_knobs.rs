@@ -54,7 +54,7 @@ impl Schedule {
         let (task_set, member) = self.place(node);
         match knob {
             Knob::Send { node, text } => {
-                let before = slot.ask(|node| node.on_message(text))?;
+                let before = slot.ask(|node| node.on_order(text))?;
                 Ok(Knob::Send {
                     node: node.clone(),
                     text: before,

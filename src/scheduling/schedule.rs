@@ -225,7 +225,7 @@ impl Schedule {
         self.send(task_set, event, now, over)
     }
 
-    /// Returns a job is done: the scheduler hears of it, unless it was the begin of a tick that
+    /// Takes note that a job is done: the scheduler hears of it, unless it was the begin of a tick that
     /// failed, and the tick is recorded. Returns whether it ends the run of this `state`.
     ///
     /// # Errors

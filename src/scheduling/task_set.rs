@@ -94,7 +94,7 @@ impl Scheduler {
 }
 
 impl TaskSet {
-    /// Creates a node on its own.
+    /// Creates the task set of a node on its own.
     pub(crate) fn new(task: Task, member: Member) -> Self {
         Self::alone(Scheduler::Own(Box::new(Own::new(task))), member)
     }

@@ -155,7 +155,7 @@ pub(crate) struct Transit<T> {
 }
 
 impl<T: Clone> Transit<T> {
-    /// Creates all messages before `next` are delivered, and `newest` is the last of them, with its
+    /// Creates the transit of a topic whose messages before `next` are delivered, and `newest` is the last of them, with its
     /// delivery.
     pub(crate) fn new(channel: LinkChannel, next: u64, newest: Option<(Message<T>, Time)>) -> Self {
         Self {

@@ -177,6 +177,9 @@ pub(crate) trait AnyTopic: Send {
     fn depth(&self) -> Depth;
 
     /// Sends its records on this way.
+    /// Returns whether a graph has it already.
+    fn is_in_graph(&self) -> bool;
+
     fn set_records(&self, records: RecordSender);
 
     /// Delivers the messages that arrive by `now`. Publishing and reading do the same.
@@ -225,6 +228,10 @@ impl<T: Payload> AnyTopic for Topic<T> {
 
     fn depth(&self) -> Depth {
         Topic::depth(self)
+    }
+
+    fn is_in_graph(&self) -> bool {
+        self.index().is_some()
     }
 
     fn set_records(&self, records: RecordSender) {

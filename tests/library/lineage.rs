@@ -108,8 +108,7 @@ fn inputs(plan: &Plan, number: usize) -> Vec<usize> {
 /// The graph of a plan, its topics, and what its last node applies.
 fn built(plan: &Plan, seed: u64) -> (Graph, Vec<Topic<Chain>>, Applied) {
     let last = plan.nodes.len() - 1;
-    let mut graph = Graph::new();
-    graph.set_seed(seed);
+    let mut graph = Graph::with_seed(seed);
     let topics = (0..last).map(|topic| Topic::new(format!("/t{topic}"), depth(1)));
     let (topics, applied) = (topics.collect::<Vec<_>>(), Applied::default());
     for (number, (rate, priority, _)) in plan.nodes.iter().enumerate() {

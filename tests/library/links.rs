@@ -15,8 +15,7 @@ type Delivered = (Vec<(Time, u64)>, Snapshot, Vec<Option<Time>>);
 
 /// Three seconds of a publisher of 50 Hz and a reader, with these knobs turned before the run.
 fn bench(read_hz: f64, knobs: &str) -> Delivered {
-    let (mut graph, topic) = (Graph::new(), Topic::new("/test", depth(1)));
-    graph.set_seed(7);
+    let (mut graph, topic) = (Graph::with_seed(7), Topic::new("/test", depth(1)));
     talker(&mut graph, "talker", 50.0, 0, &topic, |_| Some(()));
     let read = reader(&mut graph, "reader", read_hz, 1, &topic);
     let tap = TapHandle::new(&graph).topic(&topic, 1_000);

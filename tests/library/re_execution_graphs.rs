@@ -277,7 +277,7 @@ impl Node for Doubler {
         Ok(Flow::Continue)
     }
 
-    fn on_message(&mut self, _: &str) -> Result<String, NodeError> {
+    fn on_order(&mut self, _: &str) -> Result<String, NodeError> {
         self.told = true;
         Ok(String::new())
     }

@@ -15,7 +15,7 @@ impl Node for Listener {
         Ok(Flow::Continue)
     }
 
-    fn on_message(&mut self, text: &str) -> Result<String, NodeError> {
+    fn on_order(&mut self, text: &str) -> Result<String, NodeError> {
         match text {
             "boom" => panic!("boom it is"),
             "no" => Err("not that".into()),

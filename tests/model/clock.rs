@@ -39,7 +39,7 @@ impl<F: Node> Node for Obedient<F> {
         self.0.tick(tick)
     }
 
-    fn on_message(&mut self, _: &str) -> Result<String, NodeError> {
+    fn on_order(&mut self, _: &str) -> Result<String, NodeError> {
         Ok("silence".to_owned())
     }
 }

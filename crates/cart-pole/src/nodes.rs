@@ -117,7 +117,7 @@ impl Node for PolicyNode {
     }
 
     /// Replaces the policy by the named one, if it supports that.
-    fn on_message(&mut self, text: &str) -> Result<String, NodeError> {
+    fn on_order(&mut self, text: &str) -> Result<String, NodeError> {
         Ok(self.policy.swap(text)?)
     }
 
@@ -208,7 +208,7 @@ impl<P: CartPlant> Node for Actuator<P> {
     }
 
     /// Sets the handling of stale actions.
-    fn on_message(&mut self, text: &str) -> Result<String, NodeError> {
+    fn on_order(&mut self, text: &str) -> Result<String, NodeError> {
         let before = std::mem::replace(&mut self.on_stale, text.parse::<OnStale>()?);
         Ok(before.to_string())
     }

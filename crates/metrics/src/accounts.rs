@@ -267,7 +267,8 @@ impl Deref for Observer {
 
 impl Observer {
     /// Observes `graph`: its accounts begin with the first call, and cover the nodes and topics
-    /// that the graph had then. All its observers read the same ones.
+    /// that the graph had then. All its observers read the same ones. A graph has one sink: if it
+    /// already has one of another kind, all figures stay at zero.
     pub fn new(graph: &Graph) -> Self {
         let sink = AccountSink::from_graph(graph);
         Self {

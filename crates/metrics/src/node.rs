@@ -95,7 +95,7 @@ pub struct TickRecord {
 
 impl TickRecord {
     /// Returns the run time at which it was due, for a node that several topics trigger that at which
-    /// its set of messages was complete; not before the start.
+    /// its set of messages was complete; never before run time zero.
     pub fn due(&self) -> Time {
         self.at - self.lateness.unwrap_or_default()
     }

@@ -24,7 +24,8 @@ pub struct TapMessage<T> {
 
 /// Receives all items, in order; see [`TapHandle`](super::TapHandle). Ends when the tapped topic
 /// or node is gone. A full tap loses items and counts them under the real clock; in virtual time
-/// the run waits for it, which costs no run time.
+/// the run waits for it, which costs no run time. So read a tap of a virtual run on another thread,
+/// or give it room for the whole run: on one thread a full tap stops the run for good.
 ///
 /// ```
 /// use ratelab::{Depth, Graph, Hz, Tick, Time, Topic};

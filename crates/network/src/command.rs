@@ -132,7 +132,7 @@ impl Commands {
         }
     }
 
-    /// Returns a topic has a part in each process that reads it, and all of them stop.
+    /// Carries out a command for a topic in every process that has a part of it.
     fn everywhere(&self, order: &Order) -> Answer {
         let mut answer = Ok(());
         if self.part.own.is_hub {

@@ -146,7 +146,7 @@ impl Node for RobotPolicy {
     }
 
     /// Replaces the policy by the named one.
-    fn on_message(&mut self, text: &str) -> Result<String, NodeError> {
+    fn on_order(&mut self, text: &str) -> Result<String, NodeError> {
         let law = self.maker.make(text)?;
         Ok(mem::replace(&mut self.law, law).name())
     }

@@ -27,16 +27,15 @@ use crate::{
 ///
 /// ```
 /// use std::{thread::sleep, time::Duration};
-/// use ratelab::{Clock, Graph, Hz, Inbox, Tick, Time};
+/// use ratelab::{Graph, Hz, Tick, Time};
 /// use ratelab_real_clock::RealClock;
 ///
 /// let mut graph = Graph::new();
 /// graph.node("busy", Hz::new(100.0)?, 0, |_| |_: &mut Tick| {
 ///     sleep(Duration::from_millis(25)); // Too slow for its rate.
 /// })?;
-/// let end = Time::from_secs_f64(0.1)?;
-/// RealClock::default().run(&mut graph, &mut Inbox::default(), end)?; // About 4 ticks of 11.
-/// assert!(graph.now() >= end);
+/// RealClock::default().run_to(&mut graph, 0.1)?; // About 4 ticks of 11.
+/// assert!(graph.now() >= Time::from_secs_f64(0.1)?);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Default)]
@@ -48,6 +47,15 @@ impl RealClock {
     /// Creates a clock; with `realtime`, its threads run with real-time priority.
     pub fn new(realtime: Option<RealtimePriority>) -> Self {
         Self { realtime }
+    }
+
+    /// Runs the graph on threads until the run time `end` (s), without commands.
+    ///
+    /// # Errors
+    /// [`RunError`] for a number that is not a run time, and if a node failed.
+    pub fn run_to(&mut self, graph: &mut Graph, end: f64) -> Result<ClockExit, RunError> {
+        let end = Time::from_secs_f64(end)?;
+        Ok(self.run(graph, &mut Inbox::default(), end)?)
     }
 }
 

@@ -230,8 +230,8 @@ pub enum DescriptionError {
 /// may take half a megabyte in a replay; the cart-pole has 12.
 const MAX_PARTS: usize = 256;
 
-/// Checks the graph of a recording: its size, unique names, and an existing node at every
-/// end of a topic.
+/// Checks the graph of a recording: its size, unique names, an existing node at every end of a
+/// topic, and existing topics that trigger nodes.
 ///
 /// # Errors
 /// [`DescriptionError`] for a graph that no recorder writes.
@@ -253,6 +253,9 @@ pub fn check_graph(topology: &Topology) -> Result<(), DescriptionError> {
     let sound = are_distinct(nodes.iter().map(|node| &node.name))
         && are_distinct(topics.iter().map(|topic| &topic.name))
         && nodes.iter().all(|node| are_distinct(&node.meters))
+        && nodes
+            .iter()
+            .all(|node| node.triggers.iter().all(|topic| *topic < topics.len()))
         && topics
             .iter()
             .all(|topic| at_nodes(&topic.publishers) && at_nodes(&topic.readers));

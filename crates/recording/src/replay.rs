@@ -190,7 +190,7 @@ impl Replay {
             .max(recording.until)
     }
 
-    /// Returns to the beginning.
+    /// Goes back to the beginning.
     pub fn rewind(&mut self) {
         self.done = 0;
         self.replayed.fill(0);

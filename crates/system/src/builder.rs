@@ -96,8 +96,6 @@ pub type RecordedTopics = Vec<Arc<dyn RecordedTopic>>;
 impl<'a> Builder<'a> {
     /// Creates an empty graph for a run with `seed`.
     pub(crate) fn new(seed: u64, setup: &'a Setup, world: WorldKind) -> Self {
-        let mut graph = Graph::new();
-        graph.set_seed(seed);
         Self {
             seed,
             setup,
@@ -105,7 +103,7 @@ impl<'a> Builder<'a> {
             knows_worlds: false,
             taken: &[],
             answers: BTreeMap::new(),
-            graph,
+            graph: Graph::with_seed(seed),
             recorded: Vec::new(),
             answered: Vec::new(),
             relays: Vec::new(),

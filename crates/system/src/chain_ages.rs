@@ -178,6 +178,15 @@ impl ChainFigures {
         let total = measured + since;
         let area = if measured > 0.0 { mean * measured } else { 0.0 };
         let late = (after + since - limit.max(after)).clamp(0.0, since);
+        if total <= 0.0 {
+            // The first output comes at the end.
+            let figures = Self {
+                mean: after,
+                greatest: greatest.max(after),
+                share: f64::from(after <= limit),
+            };
+            return (!after.is_nan()).then_some(figures);
+        }
         let figures = Self {
             mean: (area + since * (after + since / 2.0)) / total,
             greatest: greatest.max(after + since),

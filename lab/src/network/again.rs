@@ -130,7 +130,7 @@ impl StartCommands for CommandLines {
         command_line(with_name(words))
     }
 
-    /// Returns the system is usually in the file of its name unless it is built in.
+    /// Returns the system, which is usually in the file of its name unless it is built in.
     fn lab(&self, system: &str) -> String {
         let file = (system != self.built_in).then(|| format!("{system}.toml"));
         let words = ["lab".to_owned()].into_iter().chain(file);

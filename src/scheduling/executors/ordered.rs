@@ -35,7 +35,7 @@ pub struct Callback {
 }
 
 impl Callback {
-    /// Creates the node called `node`, in a group of its own.
+    /// Names the node called `node`, in a group of its own.
     pub fn new(node: impl Into<String>) -> Self {
         Self {
             node: node.into(),
@@ -93,7 +93,7 @@ pub(crate) trait CallbackOrder: Send {
     /// Returns the callback to call now; `None` without one, or without a free thread.
     fn next(&mut self, task_set: &mut TaskSetView<'_, '_>) -> Option<Call>;
 
-    /// Returns a callback of a node was called: it takes run time, or is over. Where the message
+    /// Takes note that a callback of a node was called: it takes run time, or is over. Where the message
     /// had more sets, the callback goes on with the next one before the executor takes another
     /// callback.
     fn called(&mut self, _member: usize, _task_set: &mut TaskSetView<'_, '_>) {}

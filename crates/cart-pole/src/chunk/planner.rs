@@ -216,7 +216,7 @@ impl Node for ChunkPolicy {
     }
 
     /// Replaces the policy by the named one, if it supports that.
-    fn on_message(&mut self, text: &str) -> Result<String, NodeError> {
+    fn on_order(&mut self, text: &str) -> Result<String, NodeError> {
         Ok(self.policy.swap(text)?)
     }
 

@@ -102,7 +102,7 @@ pub(crate) fn warnings(
     defects.into_iter().flatten().collect()
 }
 
-/// Returns the next chunk comes after the last action of this one.
+/// Returns a warning if the next chunk comes after the last action of this one.
 fn too_short(settings: &ChunkSettings, times: &ChunkTimes) -> Option<String> {
     let (lasts, needed) = (settings.horizon.duration(), times.oldest());
     let missing = needed
@@ -121,7 +121,7 @@ fn too_short(settings: &ChunkSettings, times: &ChunkTimes) -> Option<String> {
     ))
 }
 
-/// Returns the policy plans for another delay than the one that is set.
+/// Returns a warning if the policy plans for another delay than the one that is set.
 fn unexpected(settings: &ChunkSettings, times: &ChunkTimes) -> Option<String> {
     if settings.plan != PlanKind::Committed || times.is_unknown {
         return None;
@@ -158,7 +158,7 @@ fn unexpected(settings: &ChunkSettings, times: &ChunkTimes) -> Option<String> {
     })
 }
 
-/// Returns a plan by what is committed, where something else is played.
+/// Returns a warning about a plan by what is committed, where something else is played.
 fn not_committed(settings: &ChunkSettings, times: &ChunkTimes) -> Option<String> {
     let other = [
         (
@@ -184,7 +184,7 @@ fn not_committed(settings: &ChunkSettings, times: &ChunkTimes) -> Option<String>
     })
 }
 
-/// Returns an ensemble that is older on average than the loop bears.
+/// Returns a warning about an ensemble that is older on average than the loop bears.
 fn too_old_a_mean(
     settings: &ChunkSettings,
     times: &ChunkTimes,

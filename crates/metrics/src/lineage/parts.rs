@@ -79,54 +79,68 @@ impl AgeStage {
 
     /// Returns its name in JSON and tables.
     pub fn key(self) -> &'static str {
-        self.names()[0]
+        self.names().key
     }
 
     /// Returns its name in a report, to be followed by its owner.
     pub fn title(self) -> &'static str {
-        self.names()[1]
+        self.names().title
     }
 
     /// Returns what the data did meanwhile, in a word: of several stages the same.
     pub fn word(self) -> &'static str {
-        self.names()[2]
+        self.names().word
     }
 
     /// Returns its description with `{}` for the owner, to follow a number of milliseconds.
     pub fn phrase(self) -> &'static str {
-        self.names()[3]
+        self.names().phrase
     }
 
-    /// Key, title, word and phrase.
-    fn names(self) -> [&'static str; 4] {
+    fn names(self) -> StageNames {
+        let names = |key, title, word, phrase| StageNames {
+            key,
+            title,
+            word,
+            phrase,
+        };
         match self {
-            Self::Before => [
+            Self::Before => names(
                 "before",
                 "before what is known",
                 "unknown",
                 "before the first tick",
-            ],
-            Self::Wait(_) => ["wait", "waiting for", "waited", "waiting for the {}"],
-            Self::Match { .. } => [
+            ),
+            Self::Wait(_) => names("wait", "waiting for", "waited", "waiting for the {}"),
+            Self::Match { .. } => names(
                 "match",
                 "waiting for a match on",
                 "waited",
                 "waiting for {} to match",
-            ],
-            Self::Executor(_) => [
+            ),
+            Self::Executor(_) => names(
                 "executor",
                 "waiting for the executor of",
                 "waited",
                 "waiting for the executor of the {}",
-            ],
-            Self::Queue(_) => ["queue", "in the queue of", "waited", "in the queue of {}"],
-            Self::Reuse(_) => ["hold", HOLD, "waited", "reusing {}"],
-            Self::Cost(_) => ["cost", "in", "worked", "in the {}"],
-            Self::Link(_) => ["link", "on", "on links", "on {}"],
-            Self::Held(_) => ["hold", HOLD, "held", "held"],
-            Self::Kept(_) => ["wait", "waiting for", "held", "held"],
+            ),
+            Self::Queue(_) => names("queue", "in the queue of", "waited", "in the queue of {}"),
+            Self::Reuse(_) => names("hold", HOLD, "waited", "reusing {}"),
+            Self::Cost(_) => names("cost", "in", "worked", "in the {}"),
+            Self::Link(_) => names("link", "on", "on links", "on {}"),
+            Self::Held(_) => names("hold", HOLD, "held", "held"),
+            Self::Kept(_) => names("wait", "waiting for", "held", "held"),
         }
     }
+}
+
+/// What a stage is called; two stages that one thing ends have one key.
+struct StageNames {
+    key: &'static str,
+    title: &'static str,
+    word: &'static str,
+    /// With `{}` for the owner.
+    phrase: &'static str,
 }
 
 /// A part of an age.

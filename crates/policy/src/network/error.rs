@@ -11,14 +11,14 @@ pub(super) fn unfit(why: String) -> WeightsError {
     }
 }
 
-/// Returns a tensor has another shape.
+/// Returns the error for a tensor of another shape.
 pub(super) fn shape(name: &str, expected: &str, found: &[usize]) -> WeightsError {
     unfit(format!(
         "expected {name:?} of shape {expected}, found {found:?}"
     ))
 }
 
-/// Returns a tensor has elements of another type.
+/// Returns the error for a tensor of another type.
 pub(super) fn kind(name: &str, found: &str) -> WeightsError {
     unfit(format!(
         "expected {name:?} of float16, bfloat16, float32 or float64, found {found}"

@@ -37,7 +37,7 @@ impl RowPolicy for RecordedPolicy {
         self.moment = moment;
     }
 
-    /// Returns the actions are the last numbers of the message, which is an action or a chunk.
+    /// Returns the actions: the last numbers of the message, which is an action or a chunk.
     fn answer(&mut self, _: &[f64]) -> &[f64] {
         let answer = self.answers.get(&self.moment.now);
         let row = answer.and_then(|answer| answer.as_ref().ok());

@@ -91,7 +91,7 @@ fn make_room(node: &mut Table, name: &str, change: &Value) -> Vec<String> {
     }
     let mut leave_out = |node: &mut Table, key: &str| {
         let value = node.remove(key)?;
-        left_out.push(format!("node.{name}.{key} = {value}"));
+        left_out.push(format!("node.{}.{key} = {value}", key_of(name)));
         Some(value)
     };
     match (
@@ -210,22 +210,25 @@ impl GraphFile {
     /// its triggers match, a thread of its own, another kind of executor, and that it goes first.
     pub fn changes_of(&self, name: &str) -> Vec<KeyChange> {
         let mut changes: Vec<String> = Vec::new();
-        let node = self.node(name);
+        let (node, key) = (self.node(name), key_of(name));
         if let Some(node) = node {
             let topics = node.reads.iter().filter(|_| node.triggers.is_empty());
-            changes.extend(topics.map(|topic| format!("node.{name}.trigger = [{:?}]", topic.text)));
+            changes.extend(topics.map(|topic| format!("node.{key}.trigger = [{:?}]", topic.text)));
             let matches = QUEUES.into_iter().filter(|_| node.triggers.len() > 1);
-            changes.extend(matches.map(|matching| format!("node.{name}.match = {matching:?}")));
+            changes.extend(matches.map(|matching| format!("node.{key}.match = {matching:?}")));
         }
         let executor = self.executor_of(name);
         if let Some(executor) = executor {
             let others = executor.nodes.iter().map(|node| &*node.text);
             let others: Vec<&str> = others.filter(|other| *other != name).collect();
             if !others.is_empty() {
-                changes.push(format!("executor.{}.nodes = {others:?}", executor.name));
+                changes.push(format!(
+                    "executor.{}.nodes = {others:?}",
+                    key_of(&executor.name)
+                ));
             }
             let first = executor.kind.to_string().starts_with("fixed-priority");
-            changes.extend((first && node.is_some()).then(|| format!("node.{name}.priority = 0")));
+            changes.extend((first && node.is_some()).then(|| format!("node.{key}.priority = 0")));
         }
         let of_node = changes.into_iter().map(|with| KeyChange {
             about: name.to_owned(),
@@ -268,8 +271,18 @@ fn other_kinds(executor: &ExecutorSpec) -> impl Iterator<Item = KeyChange> {
     let others = kinds.into_iter().filter(move |kind| *kind != known);
     others.map(move |kind| KeyChange {
         about: name.clone(),
-        with: format!("executor.{name}.kind = {kind:?}"),
+        with: format!("executor.{}.kind = {kind:?}", key_of(&name)),
     })
+}
+
+/// Returns `name` as a key of TOML: in quotes if it has dots or letters beyond ASCII.
+pub fn key_of(name: &str) -> String {
+    let is_bare = |c: char| c.is_ascii_alphanumeric() || "_-".contains(c);
+    if name.chars().all(is_bare) {
+        name.to_owned()
+    } else {
+        format!("{name:?}")
+    }
 }
 
 /// Sets the keys of `change`, in tables one by one.

@@ -137,7 +137,7 @@ pub(super) fn name(name: &Placed) -> Checked {
     let fits = name.text.chars().all(plain)
         && name.text.starts_with(|c: char| c.is_alphanumeric())
         && name.text.chars().count() <= LONGEST_NAME;
-    let expected = "expected letters, digits, _ and -, beginning with a letter or a digit";
+    let expected = "expected letters, digits, _, - and ., beginning with a letter or a digit";
     if fits {
         Ok(())
     } else {

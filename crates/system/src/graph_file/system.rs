@@ -162,7 +162,7 @@ fn usual_age(file: &GraphFile, chain: &ChainSpec) -> f64 {
     }
 }
 
-/// Returns the nodes at the ends of chains share the ages, the nodes of an executor its threads.
+/// Returns the groups that share something: ends of chains the ages, nodes of an executor its threads.
 fn groups(file: &GraphFile, chains: &[DataChain]) -> Vec<Group> {
     let mut nodes: Vec<&str> = chains.iter().map(DataChain::last).collect();
     nodes.sort_unstable();

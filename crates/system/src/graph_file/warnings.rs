@@ -128,7 +128,7 @@ impl GraphSystem {
     }
 }
 
-/// Returns a node that gets messages faster than it has done with them.
+/// Returns a warning about a node that gets messages faster than it works on them.
 fn swamped(name: &str, load: Load) -> Option<String> {
     let (ms, share) = (shortest_ms(load.cost), load.share());
     (share > FULL).then(|| {
@@ -168,7 +168,7 @@ impl GraphSystem {
     }
 }
 
-/// Returns a node whose clock shows the due time of the first tick long after the run has begun.
+/// Returns a warning about a node whose clock shows the first due time long after the start.
 fn silent(node: &str, error: ClockError, offset: Duration) -> Option<String> {
     let due = Time::ZERO + offset;
     let first = error.when(due);
@@ -182,7 +182,7 @@ fn silent(node: &str, error: ClockError, offset: Duration) -> Option<String> {
     })
 }
 
-/// Returns a node at a rate above that of the steps of its clock.
+/// Returns a warning about a node whose rate is above that of the steps of its clock.
 fn coarse(node: &str, error: ClockError, hz: Hz) -> Option<String> {
     let (step, period) = (error.step().as_secs_f64(), 1.0 / hz.get());
     (step > period * FULL).then(|| {

@@ -102,7 +102,7 @@ const NO_AIM: &str = "no node skipped a period, nothing came to the end of a [ch
 
 /// Returns why a node never ticked, and what to try.
 fn with_way_out(unmatched: &Unmatched<'_>) -> String {
-    let (why, node) = (unmatched.text(), unmatched.node);
+    let (why, node) = (unmatched.text(), key_of(unmatched.node));
     format!(
         "{why}: try --with 'node.{node}.match = \"approximate:10\"', or messages that copy one \
          stamp (the key stamp)"

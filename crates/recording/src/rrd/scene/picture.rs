@@ -169,7 +169,7 @@ fn outline(shape: &Shape) -> Vec<[f32; 2]> {
     }
 }
 
-/// Returns the viewer has y down.
+/// Returns a point as the viewer has it: y down.
 fn point([x, y]: [f64; 2]) -> [f32; 2] {
     [x as f32, -y as f32]
 }

@@ -220,7 +220,7 @@ impl<'t> Drawing<'t> {
         Pen { style: cell, ascii }
     }
 
-    /// Returns a limit is dashed; the subject is two dots thick.
+    /// Returns the strokes of a line: dashed for a limit, two dots thick for the subject.
     fn line(&self, style: Style, line: Stroke) -> Vec<Stroke> {
         let [x1, y1, x2, y2] = line;
         let dots = [(x2 - x1) / self.dot[0], (y2 - y1) / self.dot[1]].map(f64::abs);
