@@ -282,8 +282,7 @@ impl DataChain {
     }
 
     /// Returns its data age up to run time `at` in words, from the newest message on [`CHAINS`] and
-    /// the
-    /// `silence` of the run.
+    /// the `silence` of the run.
     pub fn line(&self, at: Time, row: &[f64], silence: &Silence<'_>) -> String {
         let name = &self.name;
         let Some(figures) = self.figures(at, row) else {

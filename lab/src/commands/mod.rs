@@ -51,7 +51,7 @@ pub fn execute(program: &Program, command: Command) -> Result<(), Error> {
         Command::ExportWeb(args) => export::export_web(program, &args),
         Command::Picture(args) => lab::picture(program, &args),
         #[cfg(feature = "network")]
-        Command::Up(args) => crate::network(program, &args),
+        Command::Up(args) => crate::network::up(program, &args),
         #[cfg(feature = "network")]
         Command::Node(args) => crate::network::node(program, &args),
         #[cfg(not(feature = "network"))]
