@@ -18,7 +18,6 @@
 
 mod age;
 mod app;
-mod asked;
 mod background;
 mod cause;
 mod cliff;

@@ -21,7 +21,6 @@ use standing::RunMoment;
 
 use super::{
     age::AgeData,
-    asked::Asked,
     cause::CureTrials,
     frame::{FrameData, Ghost, LatencyData, PlanData, SignalTrace, TRACE_S},
     knobs::{RATE_KEYS, first_node, setting},
@@ -29,6 +28,7 @@ use super::{
     push_age::PushAges,
     run::{RunDigest, RunSource, WatchedRows, signal, signal_is_push_age},
 };
+use crate::cause::Asked;
 use data::Figures;
 
 /// Duration of the light on a node after a tick (wall time).

@@ -8,7 +8,7 @@ use ratelab_system::{
 };
 
 use super::{adders::Adders, *};
-use crate::asked::Asked;
+use crate::cause::Asked;
 
 #[derive(Clone, Copy)]
 struct Flight {
