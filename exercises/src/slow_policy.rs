@@ -110,7 +110,7 @@ pub(crate) fn disturbed() -> Result<Findings, Failure> {
         },
         meaning: format!(
             "With {} N {} stayed up, with {} N {}; the motor has 10 N. The plan knows what the \
-             robot does, but not what is done to it: the policy sees a push of chance {} later, and \
+             robot does, but not what is done to it: the policy sees a random push {} later, and \
              the push has grown. Nobody predicted this part of the age. A policy that answers at once \
              stands far more, and so does one that thinks half as long. The age is the limit again, \
              only a higher one.",

@@ -104,8 +104,8 @@ fn warnings(text: &str, knobs: &str) -> Vec<String> {
 fn one_thread_has_enough_time_for_autoware_up_to_5_26_ms_per_step() {
     assert_eq!(warnings(&autoware("single", 5.26), ""), [""; 0]);
     let warned = warnings(&autoware("single", 10.0), "");
-    let said = "executor all is asked for more than it can do: its nodes need 190 % of a core, and \
-                single has 100 %, so they wait, skip periods or lose messages";
+    let said = "executor all is overloaded: its nodes need 190 % of a core, and \
+                it has 100 %, so they wait, skip periods or lose messages";
     assert_eq!(warned, [said]);
     for (ms, drops) in [(5.2, false), (10.0, true)] {
         let summary = run_graph(&autoware("single", ms), 60.0, "");
@@ -127,8 +127,8 @@ fn overloads_and_idle_settings_are_known_before_the_run() {
         pair             |                  | takes camera 120 | 120 ms at 10 Hz is 120 %
         half-idle        |                  |                  |
         starving-timer   |                  |                  | group timers of executor ros
-        three-servos     |                  |                  | need 123 % of a core, and fixed-priority:1 has 100 %
-        two-sources      |                  |                  | c is asked for more than it can do: 20 ms at 60 Hz is 120 %
+        three-servos     |                  |                  | need 123 % of a core, and it has 100 %
+        two-sources      |                  |                  | c is overloaded: 20 ms at 60 Hz is 120 %
         two-sources      |                  |                  | messages will wait and be dropped
         triggered-middle | multi:3 → single |                  | 125 % of a core
         plan             |                  |                  |

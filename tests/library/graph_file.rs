@@ -15,7 +15,7 @@ fn the_age_of_a_chain_is_over_time_and_ends_with_the_run() {
     let within = (99.0 * 50.0 + 40.0) / 9_940.0 * 100.0;
     let mean = (99.0 * 110.0 * 100.0 + 80.0 * 40.0) / 9_940.0;
     let wanted = format!(
-        "see data age mean {mean:.1} ms, greatest 160.0 ms, {within:.2} % of the time within \
+        "see: data age mean {mean:.1} ms, greatest 160.0 ms, {within:.2} % of the time within \
          110 ms (50 % wanted)"
     );
     let pair = graph_text("pair", "");
@@ -28,7 +28,7 @@ fn the_age_of_a_chain_is_over_time_and_ends_with_the_run() {
     let figures = system.judge().finals_at(summary.sim_time, &summary.state);
     assert_eq!(figures[0].name, "see_mean_age");
     let missed = run_graph(&pair, 10.0, "link /image loss:1").verdict;
-    assert_eq!(missed.to_string(), "MISSED (no data came through see)");
+    assert_eq!(missed.to_string(), "MISSED (no data on chain see)");
     // Shown as it was given, which seconds as a binary fraction are not.
     let odd = run_graph(&pair.replace("age_ms = 110", "age_ms = 4.1"), 1.0, "").verdict;
     let missed = "MISSED (see older than 4.1 ms for more than 50 % of the time)";
@@ -96,7 +96,7 @@ fn nodes_that_are_due_together_tick_in_the_order_of_the_file() {
         let chain = "[chain.c]\npath = [\"source\", \"/x\", \"sink\"]\n";
         let text = format!("name = \"two\"\n{}{chain}", nodes.concat());
         let lines = chain_lines(&text, &run_graph(&text, 10.0, ""));
-        assert_eq!(lines, [format!("c data age {ages}")]);
+        assert_eq!(lines, [format!("c: data age {ages}")]);
     }
 }
 
@@ -142,7 +142,7 @@ fn a_chain_through_a_system_counts_from_the_tick_of_its_first_node() {
         let text = chain(path);
         let summary = run_graph(&text, 10.0, &format!("offset camera {offset}"));
         let lines = chain_lines(&text, &summary);
-        assert_eq!(lines, [format!("log data age {ages}")], "{path}");
+        assert_eq!(lines, [format!("log: data age {ages}")], "{path}");
     }
     for (path, what) in [
         (

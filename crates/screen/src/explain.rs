@@ -116,18 +116,18 @@ fn plant(frame: &FrameData, has_sides: bool) -> [String; 3] {
 fn lately(age: AgeData) -> String {
     let limit = match age.limit() {
         _ if age.hidden => {
-            "The limit is for you to find in exercises 6 and 7; a, twice, shows it".to_owned()
+            "The limit is for you to find in exercises 6 and 7; press a twice to see it".to_owned()
         }
-        None => "The limit of this loop is unknown".to_owned(),
+        None => "The limit is unknown".to_owned(),
         Some(limit) => match (age.limits.falls, age.limits.may_fall) {
             (Some(_), Some(from)) => format!(
-                "This loop survives {} if the age is steady, {} if it varies",
+                "The robot survives {} if the age is steady, {} if it varies",
                 ms(limit),
                 ms(from)
             ),
-            (Some(_), None) => format!("This loop survives {}", ms(limit)),
+            (Some(_), None) => format!("The robot survives {}", ms(limit)),
             (None, _) => format!(
-                "From {} on small errors grow in this loop; where a run is lost is unknown",
+                "From {} on small errors grow; where a run is lost is unknown",
                 ms(limit)
             ),
         },
@@ -170,9 +170,9 @@ fn over_time(about: Explained<'_>, frame: &FrameData) -> [String; 3] {
     [
         format!("{upper} is the {signal} in the last ten seconds; dashed lines are limits."),
         format!(
-            "{lower} is the age of the push in force: it grows, and jumps down when \
-             a push with a newer reading is applied.{age}{parts} The phase of the ticks counts, \
-             too: a rate that is turned during a run may give another age than the same rate \
+            "{lower} is the age of the present push: it grows, and jumps down when \
+             a push with a newer reading is applied.{age}{parts} The moments of the ticks matter, \
+             too: a rate that is changed during a run may give another age than the same rate \
              from the start.{plan}"
         ),
         format!("Faint dashes are the run before this one: {again}."),

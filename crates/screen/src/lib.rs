@@ -18,6 +18,7 @@
 
 mod age;
 mod app;
+mod asked;
 mod background;
 mod cause;
 mod cliff;

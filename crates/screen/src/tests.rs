@@ -57,9 +57,9 @@ fn every_size_shows_the_same_run() {
 const RUNS: &str = "
     0 control-hz 50 | BALANCED; of 74–90; this push is
     0 control-hz 5 | 37 readings were dropped, each for a newer one; age  96 ms of 74–90; \
-        the age arose on /action: the policy decides every 200 ms. ] raises control-hz
+        age comes from /action: the policy decides every 200 ms. ] raises control-hz
     0 sensor-hz 5 | of 74–90; this push is; \
-        the age arose at the sensor: it looks 5 times a second. } raises sensor-hz
+        age comes from the sensor: it looks 5 times a second. } raises sensor-hz
     0 link /action delay:100 | of 74–90; this push is; :link /action none fixes it
     0 sensor-hz 5; 0 control-hz 5 | FELL at; of 74–90; } raises sensor-hz; ] raises control-hz
     0 control-hz 5; 0 queue-depth 100 | FELL at

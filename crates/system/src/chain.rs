@@ -167,7 +167,7 @@ impl DataChain {
             limit,
             bag: None,
             missed: kind("missed", format!("{name} {older}")),
-            silent: kind("silent", format!("no data came through {name}")),
+            silent: kind("silent", format!("no data on chain {name}")),
         }
     }
 
@@ -287,10 +287,10 @@ impl DataChain {
         let name = &self.name;
         let Some(figures) = self.figures(at, row) else {
             let why = self.without_data(at, row, silence);
-            return format!("{name} {}", why.unwrap_or_default());
+            return format!("{name}: {}", why.unwrap_or_default());
         };
         let [mean, greatest] = [figures.mean, figures.greatest].map(millis::text);
-        let ages = format!("{name} data age mean {mean} ms, greatest {greatest} ms");
+        let ages = format!("{name}: data age mean {mean} ms, greatest {greatest} ms");
         let Some(limit) = self.limit else {
             return ages;
         };

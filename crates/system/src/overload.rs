@@ -35,7 +35,7 @@ pub(crate) fn cost_of(setup: &Setup, node: &str) -> Draw {
 /// assert_eq!(
 ///     overload("planner", hz, &setup).as_deref(),
 ///     Some(
-///         "planner is asked for more than it can do: 49 % of its ticks take longer than the \
+///         "planner is overloaded: 49 % of its ticks take longer than the \
 ///          period of 85.5 ms, so it will skip 33 % of its periods"
 ///     )
 /// );
@@ -68,9 +68,7 @@ pub fn overload(node: &str, hz: Hz, setup: &Setup) -> Option<String> {
         let share = skipped / (1.0 + skipped) * 1e2;
         format!("so it will skip {share:.0} % of its periods")
     };
-    Some(format!(
-        "{node} is asked for more than it can do: {why}, {then}"
-    ))
+    Some(format!("{node} is overloaded: {why}, {then}"))
 }
 
 /// Seconds as a number of milliseconds without zeros at its end.

@@ -149,7 +149,7 @@ impl Tolerance {
                 format!("Counts as right: within {within} of the measurement.")
             }
             Self::Between => format!(
-                "Counts as right: any {quantity} between the last that worked and the next one tried."
+                "Counts as right: any {quantity} from the last that worked to the first that failed."
             ),
         }
     }

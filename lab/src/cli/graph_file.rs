@@ -75,8 +75,8 @@ pub fn is_graph_file(arg: &OsStr) -> bool {
 /// Adds the graph file to the help of `command`, if it runs a graph.
 pub fn describe(command: Command) -> Command {
     // The other argument of a picture is a recording.
-    let name = command.get_name();
-    if name == "picture" || !COMMANDS.contains(&name) {
+    let name = command.get_name().to_owned();
+    if name == "picture" || !COMMANDS.contains(&&*name) {
         return command;
     }
     let with = Arg::new(WITH)
@@ -94,7 +94,9 @@ pub fn describe(command: Command) -> Command {
         .help("A graph file (.toml) in place of the built-in graph; see ratelab new")
         .value_hint(ValueHint::FilePath)
         .value_parser(misplaced);
-    command.arg(graph).arg(with)
+    // Not the usage that clap makes: the file stands first.
+    let usage = format!("{} {name} [GRAPH.toml] [OPTIONS]", program::name());
+    command.override_usage(usage).arg(graph).arg(with)
 }
 
 /// A graph file that is missing, or is at another place than it should be.

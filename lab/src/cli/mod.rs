@@ -229,14 +229,19 @@ pub fn command(program: &Program) -> clap::Command {
     }))
 }
 
-/// Hides the options that have no effect for the system of `program`: the world's options
-/// without a plant, and `--limits` outside of the course, which hides limits.
+/// Hides the options that `command` refuses, or that have no effect for the system of `program`:
+/// clocks where all runs are virtual, the world's options without a plant, and `--limits` outside
+/// of the course, which hides limits.
 fn without_effectless(command: clap::Command, program: &Program) -> clap::Command {
     let of_world = ["world", "world_step_ms"];
+    let of_clocks = ["clock", "realtime", "speed"];
     let has_plant = plant(&*program.system).is_some();
+    let is_virtual = ["advise", "check", "hunt", "margins"].contains(&command.get_name());
     command.mut_args(|arg| {
         let id = arg.get_id().as_str();
-        let effectless = !has_plant && of_world.contains(&id) || !program.course && id == "limits";
-        if effectless { arg.hide(true) } else { arg }
+        let is_idle = !has_plant && of_world.contains(&id)
+            || is_virtual && of_clocks.contains(&id)
+            || !program.course && id == "limits";
+        if is_idle { arg.hide(true) } else { arg }
     })
 }

@@ -44,12 +44,12 @@ pub struct GraphArgs {
     #[arg(long, value_enum, value_name = "CLOCK", hide_possible_values = true, help_heading = heading::TIME)]
     pub clock: Option<ClockArg>,
 
-    /// Run time in seconds [default: 10 for run, no end for the lab]
+    /// Run time in seconds [default: 10, for the lab no end]
     #[arg(long, alias = "duration_s", value_name = "S", value_parser = values::duration, allow_hyphen_values = true, help_heading = heading::TIME)]
     pub duration_s: Option<Time>,
 
     /// How fast virtual time passes: max, or 0.1 to 100 times wall time
-    /// [default: max for run, 1 for the lab]
+    /// [default: max, for the lab 1]
     #[arg(long, value_name = "FACTOR", value_parser = values::speed, allow_hyphen_values = true, help_heading = heading::TIME)]
     pub speed: Option<Speed>,
 

@@ -124,6 +124,7 @@ pub struct HuntArgs {
         value_name = "N",
         default_value_t = 0,
         hide_default_value = true,
+        value_parser = values::messages,
         allow_hyphen_values = true
     )]
     pub lose: usize,

@@ -103,6 +103,11 @@ pub fn phases(text: &str) -> Result<usize, ValueError> {
     within(text, "settings of the phases", 1..=1_000)
 }
 
+/// Returns a number of messages that a hunt loses; how many are too many is its own matter.
+pub fn messages(text: &str) -> Result<usize, ValueError> {
+    within(text, "messages", 0..=1_000_000)
+}
+
 pub fn fps(text: &str) -> Result<u32, ValueError> {
     within(text, "frames per second", 1..=120)
 }

@@ -4,7 +4,7 @@ use ratelab::{Command, Speed};
 use ratelab_experiment::Summary;
 use ratelab_recording::{Change, Departure, StopReason, VerifyError, branch as branched};
 use ratelab_system::{BuildError, Verdict};
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use crate::{
     cli::BranchArgs,
@@ -15,7 +15,10 @@ use crate::{
     reading,
     results::{destination_of, record},
     signals,
-    summary::{ages, text},
+    summary::{
+        ages::{self, AgeFigures},
+        text,
+    },
 };
 
 /// Returns where and how the branch leaves the recorded run.
@@ -38,9 +41,29 @@ fn departure(program: &Program, args: &BranchArgs) -> Result<Departure, Error> {
     })
 }
 
-/// Returns the result of a run for programs.
-fn result(verdict: &Verdict) -> Value {
-    json!({ "cause_of_end": verdict.name(), "ended_at_s": verdict.at.as_secs_f64() })
+/// A run beside its branch, for programs.
+#[derive(Serialize)]
+struct BranchReport<'a> {
+    age_parts: Vec<AgeFigures<'a>>,
+    branch: RunEnd<'a>,
+    knobs: &'a [String],
+    left_at_s: f64,
+    recorded: Option<RunEnd<'a>>,
+}
+
+#[derive(Serialize)]
+struct RunEnd<'a> {
+    cause_of_end: &'a str,
+    ended_at_s: f64,
+}
+
+impl<'a> From<&'a Verdict> for RunEnd<'a> {
+    fn from(verdict: &'a Verdict) -> Self {
+        Self {
+            cause_of_end: verdict.name(),
+            ended_at_s: verdict.at.as_secs_f64(),
+        }
+    }
 }
 
 /// Prints the result of a recorded run, that of its branch, and what made the difference.
@@ -89,14 +112,14 @@ pub fn branch(program: &Program, args: &BranchArgs) -> Result<(), Error> {
         ("so", so),
     ];
     lines.extend(ages::lines(&ages, |_| true));
-    let data = json!({
-        "age_parts": ages::json(&ages),
-        "branch": result(&verdict),
-        "knobs": args.knob,
-        "left_at_s": change.at.as_secs_f64(),
-        "recorded": change.recorded.as_ref().map(result),
-    });
-    print_result(args.json, &data, &text::lines(&lines))?;
+    let report = BranchReport {
+        age_parts: ages::figures(&ages),
+        branch: RunEnd::from(&verdict),
+        knobs: &args.knob,
+        left_at_s: change.at.as_secs_f64(),
+        recorded: change.recorded.as_ref().map(RunEnd::from),
+    };
+    print_result(args.json, &report, &text::lines(&lines))?;
     if let Some(recorded) = recorded {
         print_recorded(args.json, &recorded?)?;
     }

@@ -104,7 +104,7 @@ fn print_held(program: &Program, args: &HuntArgs, runs: usize, stopped: bool) ->
     let text = if stopped {
         format!("nothing in the {runs} lists of faults tried until the stop")
     } else {
-        format!("none of {runs} lists of faults is enough: the run {good} with each; allow more")
+        format!("none: the run {good} with each of {runs} lists of faults; allow more")
     };
     print_result(args.json, &report, &line("found", &text))
 }

@@ -11,7 +11,8 @@ use ratelab_recording::{
     printable::shown, verify as run_again,
 };
 use ratelab_system::{Setup, System};
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
 
 use crate::{
     cli::{InfoArgs, VerifyArgs},
@@ -30,8 +31,26 @@ use crate::{
 pub fn info(program: &Program, args: &InfoArgs) -> Result<(), Error> {
     let recording = Arc::new(reading::read(&args.file)?);
     let overview = Overview::new(&program.for_recording(&recording), &recording);
-    print_result(args.json, &overview.json(), &overview.text())?;
+    print_result(args.json, &overview.report(), &overview.text())?;
     Error::if_damaged(&recording)
+}
+
+/// A recording for programs.
+#[derive(Serialize)]
+struct InfoReport<'a> {
+    bytes: u64,
+    damage: Option<String>,
+    file: String,
+    from_s: f64,
+    lost: u64,
+    made_by: String,
+    messages: usize,
+    processes: Vec<String>,
+    /// The figures of the run.
+    run: Map<String, Value>,
+    system: &'a str,
+    ticks: usize,
+    to_s: f64,
 }
 
 /// What there is to say of a recording.
@@ -99,23 +118,23 @@ impl<'a> Overview<'a> {
         format!("{}\n{run}", text::lines(&lines))
     }
 
-    fn json(&self) -> Value {
+    fn report(&self) -> InfoReport<'a> {
         let recording = self.recording;
         let processes = recording.origin.processes.iter();
-        json!({
-            "bytes": recording.bytes,
-            "damage": recording.defect(),
-            "file": shown(&recording.path),
-            "from_s": rounded(self.begins.as_secs_f64()),
-            "lost": recording.outcome.as_ref().map_or(0, |outcome| outcome.lost),
-            "made_by": recording.origin.made_by(),
-            "messages": self.messages,
-            "processes": processes.map(ToString::to_string).collect::<Vec<_>>(),
-            "run": json::metrics(&*self.system, &self.summary, &self.context),
-            "system": recording.origin.system,
-            "ticks": self.ticks,
-            "to_s": rounded(recording.until.as_secs_f64()),
-        })
+        InfoReport {
+            bytes: recording.bytes,
+            damage: recording.defect(),
+            file: shown(&recording.path),
+            from_s: rounded(self.begins.as_secs_f64()),
+            lost: recording.outcome.as_ref().map_or(0, |outcome| outcome.lost),
+            made_by: recording.origin.made_by(),
+            messages: self.messages,
+            processes: processes.map(ToString::to_string).collect(),
+            run: json::metrics(&*self.system, &self.summary, &self.context),
+            system: &recording.origin.system,
+            ticks: self.ticks,
+            to_s: rounded(recording.until.as_secs_f64()),
+        }
     }
 }
 
@@ -143,15 +162,27 @@ pub fn verify(program: &Program, args: &VerifyArgs) -> Result<(), Error> {
     if let Some(file) = &args.ask_policy {
         name_program(program, file)?;
     }
-    let mut results = Vec::new();
+    let mut results: Vec<VerifyReport> = Vec::new();
     let verified = match &*args.files {
         [file] => verify_one(program, file, args, &asked, &mut results),
         _ => verify_several(program, args, &asked, &mut results),
     };
     if args.json {
-        print_data(&format!("{:#}", Value::Array(results)))?;
+        print_data(&format!("{:#}", json!(results)))?;
     }
     verified
+}
+
+/// What came of a recording that was executed again, for programs.
+#[derive(Serialize)]
+struct VerifyReport {
+    file: String,
+    identical: bool,
+    messages: Option<usize>,
+    ticks: Option<usize>,
+    topics: Option<usize>,
+    until_s: Option<f64>,
+    why: Option<String>,
 }
 
 /// Lets the policy in `file` run, where a recording names just it.
@@ -169,7 +200,7 @@ fn verify_several(
     program: &Program,
     args: &VerifyArgs,
     asked: &Interrupt,
-    results: &mut Vec<Value>,
+    results: &mut Vec<VerifyReport>,
 ) -> Result<(), Error> {
     let mut failed = 0;
     for file in &args.files {
@@ -197,22 +228,23 @@ fn verify_one(
     file: &Path,
     args: &VerifyArgs,
     asked: &Interrupt,
-    results: &mut Vec<Value>,
+    results: &mut Vec<VerifyReport>,
 ) -> Result<(), Error> {
     let compared = compare(program, file, args, asked);
     let (identical, verified) = match compared {
         Ok((identical, whole)) => (Some(identical), whole),
         Err(error) => (None, Err(error)),
     };
-    results.push(json!({
-        "file": shown(file),
-        "identical": identical.is_some(),
-        "messages": identical.as_ref().map(|identical| identical.messages),
-        "ticks": identical.as_ref().map(|identical| identical.ticks),
-        "topics": identical.as_ref().map(|identical| identical.topics),
-        "until_s": identical.as_ref().and_then(|identical| identical.until).map(Time::as_secs_f64),
-        "why": verified.as_ref().err().map(ToString::to_string),
-    }));
+    let same = identical.as_ref();
+    results.push(VerifyReport {
+        file: shown(file),
+        identical: same.is_some(),
+        messages: same.map(|same| same.messages),
+        ticks: same.map(|same| same.ticks),
+        topics: same.map(|same| same.topics),
+        until_s: same.and_then(|same| same.until).map(Time::as_secs_f64),
+        why: verified.as_ref().err().map(ToString::to_string),
+    });
     if let Some(identical) = identical.filter(|_| !args.json) {
         print_line(&format!("{}: {identical}", shown(file)))?;
     }

@@ -7,7 +7,7 @@ use ratelab_experiment::{
     AgeShare, Experiment, RunAge,
     sweep::{Sweep, all_cores},
 };
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use super::rounded;
 use crate::error::Error;
@@ -54,7 +54,7 @@ fn parts(age: &RunAge) -> Vec<(&'static str, String)> {
     let (large, small): (Vec<&AgeShare>, Vec<&AgeShare>) = age.parts.iter().partition(is_large);
     let rest = small.iter().map(|part| part.ns).sum::<i64>();
     let parts = large.into_iter().map(|part| (part.ns, words(part)));
-    let rest = (rest != 0).then(|| (rest, "in smaller parts".to_owned()));
+    let rest = (rest != 0).then(|| (rest, "in other parts".to_owned()));
     let lines = parts.chain(rest).map(|(ns, words)| {
         let percent = if has_shares {
             format!("{:>3.0} %", share(ns) * 1e2)
@@ -91,35 +91,55 @@ fn ms(ns: i64) -> String {
     millis::text(ns as f64 / 1e6)
 }
 
-/// Returns the ages for programs, in the unit of all ages and in whole nanoseconds, in which parts
-/// sum to their age. The keys in nanoseconds go with a later version.
-pub fn json(ages: &[RunAge]) -> Value {
-    ages.iter()
-        .filter(|age| age.apart_from_ns.is_none())
-        .map(|age| {
-            let parts = age.parts.iter().map(|part| {
-                json!({
-                    "kind": part.stage.key(),
-                    "of": part.owner,
-                    "ms": in_ms(part.ns),
-                    "ns": part.ns,
-                })
-            });
-            let mut row = json!({
-                "of": age.name(),
-                "at": age.node,
-                "mean_ms": in_ms(age.mean_ns),
-                "mean_ns": age.mean_ns,
-                "p99_ms": in_ms(age.p99_ns),
-                "p99_ns": age.p99_ns,
-                "parts": parts.collect::<Vec<_>>(),
-            });
-            if let Some(source) = &age.source {
-                row["source"] = json!(source);
-            }
-            row
-        })
-        .collect()
+/// An age for programs, in the unit of all ages and in whole nanoseconds, in which parts sum to
+/// their age. The keys in nanoseconds go with a later version.
+#[derive(Serialize)]
+pub struct AgeFigures<'a> {
+    of: &'a str,
+    at: &'a str,
+    mean_ms: f64,
+    mean_ns: i64,
+    p99_ms: f64,
+    p99_ns: i64,
+    parts: Vec<PartFigures<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    source: Option<&'a str>,
+}
+
+/// A part of an age.
+#[derive(Serialize)]
+struct PartFigures<'a> {
+    kind: &'static str,
+    of: &'a str,
+    ms: f64,
+    ns: i64,
+}
+
+/// Returns the ages whose parts sum to them, for programs.
+pub fn figures(ages: &[RunAge]) -> Vec<AgeFigures<'_>> {
+    let summed = ages.iter().filter(|age| age.apart_from_ns.is_none());
+    summed.map(AgeFigures::from).collect()
+}
+
+impl<'a> From<&'a RunAge> for AgeFigures<'a> {
+    fn from(age: &'a RunAge) -> Self {
+        let part = |part: &'a AgeShare| PartFigures {
+            kind: part.stage.key(),
+            of: &part.owner,
+            ms: in_ms(part.ns),
+            ns: part.ns,
+        };
+        Self {
+            of: age.name(),
+            at: &age.node,
+            mean_ms: in_ms(age.mean_ns),
+            mean_ns: age.mean_ns,
+            p99_ms: in_ms(age.p99_ns),
+            p99_ns: age.p99_ns,
+            parts: age.parts.iter().map(part).collect(),
+            source: age.source.as_deref(),
+        }
+    }
 }
 
 /// The verdict on a run without data in a chain that has no limit.
@@ -216,15 +236,29 @@ impl PhaseSpread {
     }
 
     /// Returns the spread, for programs.
-    pub fn json(&self) -> Value {
+    pub fn figures(&self) -> PhaseFigures<'_> {
         let ages = self.spread().map(|ages| ages.map(rounded));
-        json!({
-            "runs": self.runs,
-            "mean_push_age_ms": ages.map(|[min, median, max]| {
-                json!({ "min": min, "median": median, "max": max })
-            }),
-            "verdicts": self.verdicts,
-            "worst": self.worst,
-        })
+        PhaseFigures {
+            runs: self.runs,
+            mean_push_age_ms: ages.map(|[min, median, max]| SpreadFigures { min, median, max }),
+            verdicts: &self.verdicts,
+            worst: &self.worst,
+        }
     }
+}
+
+/// The spread over phases, for programs.
+#[derive(Serialize)]
+pub struct PhaseFigures<'a> {
+    runs: usize,
+    mean_push_age_ms: Option<SpreadFigures>,
+    verdicts: &'a BTreeMap<String, usize>,
+    worst: &'a [String],
+}
+
+#[derive(Serialize)]
+struct SpreadFigures {
+    min: f64,
+    median: f64,
+    max: f64,
 }

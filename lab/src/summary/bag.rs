@@ -1,9 +1,11 @@
 //! The ages of a run beside those of the bag that its graph was made of.
 
+use std::collections::BTreeMap;
+
 use ratelab::millis;
 use ratelab_experiment::Summary;
 use ratelab_system::{BagAges, DataChain, System};
-use serde_json::{Map, Value, json};
+use serde::Serialize;
 
 use super::{
     Digits,
@@ -126,12 +128,12 @@ pub fn lines(
 }
 
 /// Returns the same for programs; `None` without a bag.
-pub fn json(
+pub fn figures(
     digits: Digits,
     system: &dyn System,
     summary: &Summary,
     readings: Option<&OtherReadings>,
-) -> Option<Value> {
+) -> Option<BTreeMap<String, BagFigures>> {
     let chains = compared(system, summary, readings).map(|of| {
         let BagAges {
             mean_ms, p99_ms, ..
@@ -140,23 +142,33 @@ pub fn json(
         let rounded = |value: Option<f64>| value.map(|value| digits.round(value));
         let mean_change = of.mean.map(|mean| change(mean, *mean_ms));
         let p99_change = of.p99.zip(*p99_ms).map(|(here, bag)| change(here, bag));
-        let mut figures = json!({
-            "mean_change_percent": rounded(mean_change),
-            "mean_ms": mean_ms,
-            "p99_change_percent": rounded(p99_change),
-            "p99_ms": p99_ms,
-            "sure": unsure.is_none(),
-            "unsure": unsure,
-        });
-        if let Some(readings) = of.readings {
-            let others = readings.iter();
-            figures["readings_mean_ms"] = others
-                .map(|age| (age.what.clone(), json!(digits.round(age.mean_ms))))
-                .collect::<Map<_, _>>()
-                .into();
-        }
+        let other = |age: &ReadAge| (age.what.clone(), digits.round(age.mean_ms));
+        let figures = BagFigures {
+            mean_change_percent: rounded(mean_change),
+            mean_ms: *mean_ms,
+            p99_change_percent: rounded(p99_change),
+            p99_ms: *p99_ms,
+            readings_mean_ms: of
+                .readings
+                .map(|readings| readings.iter().map(other).collect()),
+            sure: unsure.is_none(),
+            unsure,
+        };
         (of.chain.name().to_owned(), figures)
     });
-    let chains: Map<String, Value> = chains.collect();
-    (!chains.is_empty()).then(|| chains.into())
+    let chains: BTreeMap<_, _> = chains.collect();
+    (!chains.is_empty()).then_some(chains)
+}
+
+/// The age of a chain in the bag and in the run, for programs.
+#[derive(Serialize)]
+pub struct BagFigures {
+    mean_change_percent: Option<f64>,
+    mean_ms: f64,
+    p99_change_percent: Option<f64>,
+    p99_ms: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    readings_mean_ms: Option<BTreeMap<String, f64>>,
+    sure: bool,
+    unsure: Option<String>,
 }

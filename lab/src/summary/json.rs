@@ -1,6 +1,6 @@
 //! The summary of a run, for programs.
 
-use std::time::Duration;
+use std::{collections::BTreeMap, time::Duration};
 
 use ratelab::{KnobKind, Time};
 use ratelab_experiment::{Summary, sweep::CellResult};
@@ -9,10 +9,13 @@ use ratelab_system::{
     FigureValue, KnobText, System, SystemFigure, WorldKind,
     names::{self, good, key},
 };
+use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 use super::{
-    Digits, ages, bag,
+    Digits,
+    ages::{self, AgeFigures, PhaseFigures, PhaseSpread},
+    bag::{self, BagFigures},
     text::{ReportContext, saw_the_wall},
 };
 use crate::summary::{has_set_times, was_late};
@@ -47,12 +50,12 @@ fn with_digits(
 ) -> Map<String, Value> {
     let mut metrics = keys(digits, system, summary, context);
     metrics.extend(system_keys(digits, system, summary));
-    let bag = bag::json(digits, system, summary, context.readings.as_ref());
-    metrics.extend(bag.map(|bag| ("bag".to_owned(), bag)));
-    let phases = context.phases.iter();
-    metrics.extend(phases.map(|phases| ("phases".to_owned(), phases.json())));
+    metrics.extend(object(&BesideFigures {
+        bag: bag::figures(digits, system, summary, context.readings.as_ref()),
+        phases: context.phases.as_ref().map(PhaseSpread::figures),
+    }));
     if saw_the_wall(summary) {
-        metrics.extend(wall_keys(digits, summary, context));
+        metrics.extend(object(&WallFigures::new(digits, summary, context)));
     }
     metrics
 }
@@ -62,7 +65,44 @@ pub fn text(metrics: Map<String, Value>) -> String {
     format!("{:#}", Value::Object(metrics))
 }
 
-/// Returns the keys of every run.
+/// What other runs say of the run.
+#[derive(Serialize)]
+struct BesideFigures<'a> {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bag: Option<BTreeMap<String, BagFigures>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    phases: Option<PhaseFigures<'a>>,
+}
+
+/// The figures of every run.
+#[derive(Serialize)]
+struct RunFigures<'a> {
+    break_bug: bool,
+    clock: String,
+    csv_rows_lost: u64,
+    duration_s: f64,
+    events: Vec<String>,
+    knobs: Vec<String>,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    latencies: BTreeMap<&'a str, Milliseconds>,
+    latency: Milliseconds,
+    nodes: BTreeMap<&'a str, NodeFigures>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    quadratic_cost_is_the_mean_of: Option<&'static str>,
+    #[serde(flatten)]
+    result: Map<String, Value>,
+    seed: u64,
+    setup: Vec<String>,
+    smoke: bool,
+    system: &'a str,
+    topics: BTreeMap<&'a str, TopicFigures>,
+    turned: Vec<String>,
+    version: &'static str,
+    world: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    world_step_ms: Option<u64>,
+}
+
 fn keys(
     digits: Digits,
     system: &dyn System,
@@ -70,62 +110,71 @@ fn keys(
     context: &ReportContext,
 ) -> Map<String, Value> {
     let (config, knobs) = (&summary.config, KnobText(system.knobs().aliases()));
-    let nodes = summary.nodes.iter().map(|of| node(digits, summary, of));
-    let topics = summary.topics.iter().map(topic);
-    let mut keys = object(json!({
-        "break_bug": context.break_bug,
-        "clock": config.clock.to_string(),
-        "csv_rows_lost": context.csv_lost,
-        "duration_s": digits.round(config.end.as_secs_f64()),
-        "events": summary.events.iter().map(ToString::to_string).collect::<Vec<_>>(),
-        "knobs": knobs.lines(&config.knobs),
-        "latency": milliseconds(digits, &summary.latency),
-        "nodes": nodes.collect::<Map<_, _>>(),
-        "seed": config.seed,
-        "setup": config.setup.iter().map(ToString::to_string).collect::<Vec<_>>(),
-        "smoke": context.smoke,
-        "system": system.name(),
-        "topics": topics.collect::<Map<_, _>>(),
-        "turned": knobs.lines(&summary.knobs()),
-        "version": env!("CARGO_PKG_VERSION"),
-        "world": config.world.name(),
-    }));
-    if let WorldKind::Own { step_ms } = config.world {
-        keys.insert("world_step_ms".to_owned(), json!(step_ms.get()));
-    }
-    if let Some((_, cost)) = summary.cost.zip(system.judge().quadratic_cost()) {
-        keys.insert("quadratic_cost_is_the_mean_of".to_owned(), json!(cost.sum));
-    }
-    if !summary.latencies.is_empty() {
-        let latencies = summary
-            .latencies
-            .iter()
-            .map(|(chain, of)| ((*chain).to_owned(), milliseconds(digits, of)));
-        keys.insert("latencies".to_owned(), latencies.collect());
-    }
-    keys.extend(result(digits, &CellResult::new(system, summary)));
-    keys
+    let milliseconds = |of| Milliseconds::new(digits, of);
+    object(&RunFigures {
+        break_bug: context.break_bug,
+        clock: config.clock.to_string(),
+        csv_rows_lost: context.csv_lost,
+        duration_s: digits.round(config.end.as_secs_f64()),
+        events: summary.events.iter().map(ToString::to_string).collect(),
+        knobs: knobs.lines(&config.knobs),
+        latencies: (summary.latencies.iter())
+            .map(|(chain, of)| (&**chain, milliseconds(of)))
+            .collect(),
+        latency: milliseconds(&summary.latency),
+        nodes: (summary.nodes.iter())
+            .map(|node| (&*node.name, NodeFigures::new(digits, summary, node)))
+            .collect(),
+        quadratic_cost_is_the_mean_of: (summary.cost)
+            .and_then(|_| Some(system.judge().quadratic_cost()?.sum)),
+        result: result(digits, &CellResult::new(system, summary)),
+        seed: config.seed,
+        setup: config.setup.iter().map(ToString::to_string).collect(),
+        smoke: context.smoke,
+        system: system.name(),
+        topics: (summary.topics.iter())
+            .map(|topic| (&*topic.name, TopicFigures::from(topic)))
+            .collect(),
+        turned: knobs.lines(&summary.knobs()),
+        version: env!("CARGO_PKG_VERSION"),
+        world: config.world.name(),
+        world_step_ms: match config.world {
+            WorldKind::Own { step_ms } => Some(step_ms.get()),
+            _ => None,
+        },
+    })
+}
+
+/// The figures of a run that it has in a sweep as well.
+#[derive(Serialize)]
+struct ResultFigures<'a> {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    age_parts: Option<Vec<AgeFigures<'a>>>,
+    cause_of_end: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    late_push_age_ms: Option<f64>,
+    mean_latency_ms: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mean_push_age_ms: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    quadratic_cost: Option<f64>,
+    sim_time_s: f64,
+    steps: u64,
 }
 
 /// Returns the keys of a run that it has in a sweep as well.
 pub fn result(digits: Digits, result: &CellResult) -> Map<String, Value> {
-    let mut keys = object(json!({
-        "cause_of_end": result.verdict.name(),
-        "mean_latency_ms": digits.ms(result.mean_latency_s.unwrap_or(0.0)),
-        "sim_time_s": digits.round(result.sim_time.as_secs_f64()),
-        "steps": result.steps,
-    }));
-    if let Some(age) = result.push_age {
-        let [run, late] = [age.run_s, age.late_s].map(|seconds| json!(digits.ms(seconds)));
-        keys.insert("mean_push_age_ms".to_owned(), run);
-        keys.insert("late_push_age_ms".to_owned(), late);
-    }
-    if !result.ages.is_empty() {
-        keys.insert("age_parts".to_owned(), ages::json(&result.ages));
-    }
-    if let Some(mean) = result.cost {
-        keys.insert("quadratic_cost".to_owned(), json!(mean));
-    }
+    let age = result.push_age.as_ref();
+    let mut keys = object(&ResultFigures {
+        age_parts: (!result.ages.is_empty()).then(|| ages::figures(&result.ages)),
+        cause_of_end: result.verdict.name(),
+        late_push_age_ms: age.map(|age| digits.ms(age.late_s)),
+        mean_latency_ms: digits.ms(result.mean_latency_s.unwrap_or(0.0)),
+        mean_push_age_ms: age.map(|age| digits.ms(age.run_s)),
+        quadratic_cost: result.cost,
+        sim_time_s: digits.round(result.sim_time.as_secs_f64()),
+        steps: result.steps,
+    });
     add_figures(&mut keys, &result.figures);
     keys
 }
@@ -203,69 +252,112 @@ fn system_keys(digits: Digits, system: &dyn System, summary: &Summary) -> Map<St
         .collect()
 }
 
-fn wall_keys(digits: Digits, summary: &Summary, context: &ReportContext) -> Map<String, Value> {
-    let of_nodes = |figure: fn(&NodeAccount) -> &Distribution| {
-        let figures = summary
-            .nodes
-            .iter()
-            .map(|node| (node.name.to_string(), milliseconds(digits, figure(node))));
-        figures.collect::<Map<_, _>>()
-    };
-    object(json!({
-        "lateness": of_nodes(|node| &node.lateness),
-        "realtime": context.realtime.as_ref().map(|asked| match asked {
-            Ok(()) => "granted".to_owned(),
-            Err(refusal) => refusal.to_string(),
-        }),
-        "tick_time": of_nodes(|node| &node.tick_time),
-        "wall_time_s": digits.round(summary.wall_time.as_secs_f64()),
-    }))
+/// The figures that the wall clock decides.
+#[derive(Serialize)]
+struct WallFigures<'a> {
+    lateness: BTreeMap<&'a str, Milliseconds>,
+    realtime: Option<String>,
+    tick_time: BTreeMap<&'a str, Milliseconds>,
+    wall_time_s: f64,
 }
 
-/// Returns the figures of a node, including the duration of its ticks where one is set, and its
-/// lateness where it was late.
-fn node(digits: Digits, summary: &Summary, node: &NodeAccount) -> (String, Value) {
-    let mut figures = object(json!({
-        "hz": digits.round(node.hz.get()),
-        "overruns": node.overruns,
-        "ticks": node.ticks,
-    }));
-    if has_set_times(summary, &node.name) {
-        figures.extend(object(json!({
-            "cost": milliseconds(digits, &node.tick_time),
-            "lateness": milliseconds(digits, &node.lateness),
-            "response": milliseconds(digits, &node.response),
-        })));
+impl<'a> WallFigures<'a> {
+    fn new(digits: Digits, summary: &'a Summary, context: &ReportContext) -> Self {
+        let of_nodes = |figure: fn(&NodeAccount) -> &Distribution| {
+            let nodes = summary.nodes.iter();
+            nodes
+                .map(|node| (&*node.name, Milliseconds::new(digits, figure(node))))
+                .collect()
+        };
+        Self {
+            lateness: of_nodes(|node| &node.lateness),
+            realtime: context.realtime.as_ref().map(|asked| match asked {
+                Ok(()) => "granted".to_owned(),
+                Err(refusal) => refusal.to_string(),
+            }),
+            tick_time: of_nodes(|node| &node.tick_time),
+            wall_time_s: digits.round(summary.wall_time.as_secs_f64()),
+        }
     }
-    if was_late(node) {
-        figures.insert("lateness".to_owned(), milliseconds(digits, &node.lateness));
+}
+
+/// The figures of a node.
+#[derive(Serialize)]
+struct NodeFigures {
+    /// The duration of its ticks, where one is set.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cost: Option<Milliseconds>,
+    hz: f64,
+    /// Where a duration is set, or a tick was late.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lateness: Option<Milliseconds>,
+    overruns: u64,
+    /// From the message that caused a tick to the end of the tick, where a duration is set.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    response: Option<Milliseconds>,
+    ticks: u64,
+}
+
+impl NodeFigures {
+    fn new(digits: Digits, summary: &Summary, node: &NodeAccount) -> Self {
+        let is_set = has_set_times(summary, &node.name);
+        let times = |shown: bool, of| shown.then(|| Milliseconds::new(digits, of));
+        Self {
+            cost: times(is_set, &node.tick_time),
+            hz: digits.round(node.hz.get()),
+            lateness: times(is_set || was_late(node), &node.lateness),
+            overruns: node.overruns,
+            response: times(is_set, &node.response),
+            ticks: node.ticks,
+        }
     }
-    (node.name.to_string(), Value::Object(figures))
 }
 
-/// Returns what became of the messages of a topic.
-fn topic(topic: &TopicAccount) -> (String, Value) {
-    let figures = json!({
-        "dropped": topic.dropped(),
-        "in_flight": topic.in_flight(),
-        "lost": topic.lost,
-        "overtaken": topic.overtaken,
-        "published": topic.published,
-        "unmatched": topic.unmatched(),
-    });
-    (topic.name.to_string(), figures)
+/// What became of the messages of a topic.
+#[derive(Serialize)]
+struct TopicFigures {
+    dropped: u64,
+    in_flight: u64,
+    lost: u64,
+    overtaken: u64,
+    published: u64,
+    unmatched: u64,
 }
 
-/// Returns a distribution in milliseconds; quantiles are accurate to 0.1 %.
-fn milliseconds(digits: Digits, distribution: &Distribution) -> Value {
-    let ms = |duration: Option<Duration>| duration.map(|of| digits.ms(of.as_secs_f64()));
-    json!({
-        "count": distribution.count(),
-        "max_ms": ms(distribution.max()),
-        "mean_ms": distribution.mean_s().map(|mean| digits.ms(mean)),
-        "p50_ms": ms(distribution.quantile(0.5)),
-        "p99_ms": ms(distribution.quantile(0.99)),
-    })
+impl From<&TopicAccount> for TopicFigures {
+    fn from(topic: &TopicAccount) -> Self {
+        Self {
+            dropped: topic.dropped(),
+            in_flight: topic.in_flight(),
+            lost: topic.lost,
+            overtaken: topic.overtaken,
+            published: topic.published,
+            unmatched: topic.unmatched(),
+        }
+    }
+}
+
+/// A distribution in milliseconds; quantiles are accurate to 0.1 %.
+#[derive(Serialize)]
+struct Milliseconds {
+    count: u64,
+    max_ms: Option<f64>,
+    mean_ms: Option<f64>,
+    p50_ms: Option<f64>,
+    p99_ms: Option<f64>,
+}
+
+impl Milliseconds {
+    fn new(digits: Digits, distribution: &Distribution) -> Self {
+        let ms = |duration: Option<Duration>| duration.map(|of| digits.ms(of.as_secs_f64()));
+        Self {
+            count: distribution.count(),
+            max_ms: ms(distribution.max()),
+            mean_ms: distribution.mean_s().map(|mean| digits.ms(mean)),
+            p50_ms: ms(distribution.quantile(0.5)),
+            p99_ms: ms(distribution.quantile(0.99)),
+        }
+    }
 }
 
 /// This number of seconds in milliseconds.
@@ -278,9 +370,9 @@ pub fn duration_ms(duration: Option<Duration>) -> Option<f64> {
     duration.map(|duration| ms(duration.as_secs_f64()))
 }
 
-/// Returns the members of the object `value`.
-pub fn object(value: Value) -> Map<String, Value> {
-    match value {
+/// Returns the members of a `report`, sorted by name.
+pub fn object(report: &impl Serialize) -> Map<String, Value> {
+    match json!(report) {
         Value::Object(map) => map,
         _ => Map::new(),
     }

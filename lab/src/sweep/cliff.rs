@@ -1,11 +1,13 @@
 //! Where the runs of a sweep are lost, as text: the position of the cliff, and the runs by their
 //! age.
 
+use std::collections::BTreeMap;
+
 use ratelab::KnobKind;
 use ratelab_experiment::sweep::{ByAge, Swept};
 use ratelab_screen::{SurvivalLevel, Theme};
 use ratelab_system::names::key;
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use super::summary::{RowSummary, SweepSummary};
 use crate::summary::{
@@ -192,25 +194,48 @@ impl AgeTable {
         }
     }
 
-    /// Returns the table as JSON.
-    pub fn json(&self) -> Value {
-        let bins = self.by_age.bins(self.width_s).into_iter().map(|bin| {
-            json!({
-                "from_ms": json::ms(bin.from_s),
-                "to_ms": json::ms(bin.to_s),
-                "runs": bin.runs,
-                key(&self.good): bin.held,
-            })
-        });
+    /// Returns the table for programs.
+    pub fn figures(&self) -> AgeTableFigures {
+        let bins = self.by_age.bins(self.width_s).into_iter();
         let split = self.by_age.split();
-        json!({
-            "bins": bins.collect::<Vec<_>>(),
-            "limit_ms": split.map(|split| json::ms(split.at_s)),
-            "misjudged": split.map(|split| split.misjudged),
-            "oldest_held_ms": self.by_age.oldest_held_s().map(json::ms),
-            "runs": self.by_age.len(),
-            "without_push": self.without,
-            "youngest_lost_ms": self.by_age.youngest_lost_s().map(json::ms),
-        })
+        AgeTableFigures {
+            bins: bins
+                .map(|bin| BinFigures {
+                    from_ms: json::ms(bin.from_s),
+                    to_ms: json::ms(bin.to_s),
+                    runs: bin.runs,
+                    held: [(key(&self.good), bin.held)].into(),
+                })
+                .collect(),
+            limit_ms: split.map(|split| json::ms(split.at_s)),
+            misjudged: split.map(|split| split.misjudged),
+            oldest_held_ms: self.by_age.oldest_held_s().map(json::ms),
+            runs: self.by_age.len(),
+            without_push: self.without,
+            youngest_lost_ms: self.by_age.youngest_lost_s().map(json::ms),
+        }
     }
+}
+
+/// The table for programs.
+#[derive(Serialize)]
+pub struct AgeTableFigures {
+    bins: Vec<BinFigures>,
+    limit_ms: Option<f64>,
+    misjudged: Option<usize>,
+    oldest_held_ms: Option<f64>,
+    runs: usize,
+    without_push: usize,
+    youngest_lost_ms: Option<f64>,
+}
+
+/// The runs whose age is between two ages.
+#[derive(Serialize)]
+struct BinFigures {
+    from_ms: f64,
+    to_ms: f64,
+    runs: usize,
+    /// How many were not lost, by the word of the system for it.
+    #[serde(flatten)]
+    held: BTreeMap<String, usize>,
 }

@@ -8,10 +8,11 @@ use ratelab_experiment::{
 };
 use ratelab_recording::printable::row_of;
 use ratelab_system::names::{good, key};
+use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 use super::{
-    cliff::AgeTable,
+    cliff::{AgeTable, AgeTableFigures},
     columns::{knob_columns, part_columns},
     summary::{self, RowSummary, SweepSummary},
 };
@@ -37,25 +38,38 @@ pub fn json_text(
     let cells = swept
         .finished()
         .map(|(cell, outcome)| run(summary, topics, &cell, outcome));
-    let mut whole = object(json!({
-        "cells": cells.collect::<Vec<_>>(),
-        "complete": swept.is_complete(),
-        "duration_s": rounded(summary.sweep.base.end.as_secs_f64()),
-        "runs": summary.runs,
-        "runs_asked_for": summary.cells,
-        "survival": rows.collect::<Vec<_>>(),
-        "version": env!("CARGO_PKG_VERSION"),
-    }));
-    if let Some(cost) = summary.sweep.system.judge().quadratic_cost() {
-        whole.insert("quadratic_cost_is_the_mean_of".to_owned(), json!(cost.sum));
-    }
-    if let Some(by_age) = by_age {
-        whole.insert("by_age".to_owned(), by_age.json());
-    }
-    format!("{:#}", Value::Object(whole))
+    let figures = SweepFigures {
+        by_age: by_age.map(AgeTable::figures),
+        cells: cells.collect(),
+        complete: swept.is_complete(),
+        duration_s: rounded(summary.sweep.base.end.as_secs_f64()),
+        quadratic_cost_is_the_mean_of: (summary.sweep.system.judge().quadratic_cost())
+            .map(|cost| cost.sum),
+        runs: summary.runs,
+        runs_asked_for: summary.cells,
+        survival: rows.collect(),
+        version: env!("CARGO_PKG_VERSION"),
+    };
+    format!("{:#}", Value::Object(object(&figures)))
 }
 
-fn survival(summary: &SweepSummary, row: &RowSummary) -> Value {
+/// A sweep for programs.
+#[derive(Serialize)]
+struct SweepFigures {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    by_age: Option<AgeTableFigures>,
+    cells: Vec<Map<String, Value>>,
+    complete: bool,
+    duration_s: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    quadratic_cost_is_the_mean_of: Option<&'static str>,
+    runs: usize,
+    runs_asked_for: usize,
+    survival: Vec<Map<String, Value>>,
+    version: &'static str,
+}
+
+fn survival(summary: &SweepSummary, row: &RowSummary) -> Map<String, Value> {
     let mut figures = conditions(&summary.sweep, &row.survival.cell);
     figures.extend([
         (key(&summary.good), json!(row.survival.held)),
@@ -68,11 +82,16 @@ fn survival(summary: &SweepSummary, row: &RowSummary) -> Value {
         let sure = json!(row.theory.sure);
         figures.insert("shrinks_whatever_the_pattern".to_owned(), sure);
     }
-    Value::Object(figures)
+    figures
 }
 
 /// Returns a run of the sweep. Its keys match the keys of a run's metrics.
-fn run(summary: &SweepSummary, topics: &[String], cell: &Cell, outcome: &CellResult) -> Value {
+fn run(
+    summary: &SweepSummary,
+    topics: &[String],
+    cell: &Cell,
+    outcome: &CellResult,
+) -> Map<String, Value> {
     let mut figures = conditions(&summary.sweep, cell);
     figures.insert(key(&summary.good), json!(!outcome.is_lost()));
     figures.insert("seed".to_owned(), json!(cell.seed));
@@ -89,7 +108,7 @@ fn run(summary: &SweepSummary, topics: &[String], cell: &Cell, outcome: &CellRes
         outcome.sim_time,
         &outcome.state,
     ));
-    Value::Object(figures)
+    figures
 }
 
 fn conditions(sweep: &Sweep, cell: &Cell) -> Map<String, Value> {

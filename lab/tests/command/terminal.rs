@@ -178,7 +178,7 @@ fn a_recording_plays_in_the_panes_of_the_lab() {
         ("", "‖    0.840 s"),
         // Back by two messages: before the fall the pole is up, with a push that is too old.
         (",,", "‖    0.800 s"),
-        ("a", "a again shows them"),
+        ("a", "a: show them"),
         ("a", "NOT LOST YET"),
         // The next event is the fall.
         ("n", "FELL"),

@@ -375,7 +375,7 @@ fn a_part_does_not_count_messages_that_go_past_it() {
     // The summary is that of the process at the end of the chain.
     printed.has("topics    /b ").lacks("/a 0.0 msg/s");
     // Data of the first node came to it, whose records stay in other processes.
-    printed.has("chain     all data age mean ");
+    printed.has("chain     all: data age mean ");
 }
 
 #[test]

@@ -21,7 +21,7 @@ pub struct AgeData {
     pub predicted: Option<Duration>,
     /// The limits of the loop.
     pub limits: AgeLimits,
-    /// Whether the screen hides them, because a learner is to find them.
+    /// Whether no text tells them, because a learner is to find them.
     pub hidden: bool,
 }
 
@@ -31,7 +31,7 @@ impl AgeData {
         self.mean.saturating_sub(self.predicted.unwrap_or_default())
     }
 
-    /// Returns the position of the age against its limits, as far as the screen tells it.
+    /// Returns the position of the age against its limits, as far as it may be told.
     pub fn strain(&self) -> Strain {
         if self.hidden {
             return Strain::Hidden;
@@ -79,7 +79,7 @@ impl AgeData {
 pub enum Strain {
     /// No known limit.
     Unknown,
-    /// A limit that the screen hides.
+    /// A limit that no text tells.
     Hidden,
     /// Below the limits.
     Borne,

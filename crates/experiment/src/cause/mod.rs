@@ -6,6 +6,7 @@
 mod age;
 mod owner;
 mod plan;
+mod remedy;
 mod rules;
 mod trial;
 
@@ -16,6 +17,7 @@ use ratelab_system::{Alias, Setup, System, acting, names};
 pub use age::{AgeData, Strain};
 pub use owner::Hang;
 pub use plan::PlanFacts;
+pub use remedy::{CauseLine, Effect, Remedy};
 pub use rules::AgeOwner;
 pub use trial::{Trial, Tried};
 
@@ -44,10 +46,8 @@ pub struct Facts<'a> {
     pub plan: Option<PlanFacts>,
     /// Its hangs.
     pub hangs: &'a [Hang],
-    /// Whether keys turn its knobs; `false` for a recording.
-    pub live: bool,
-    /// The keys that raise the rates of the first aliases.
-    pub rate_keys: [char; 2],
+    /// Number of aliases of rates, from the first, that whoever runs it raises by steps.
+    pub stepped_rates: usize,
 }
 
 /// Number of causes that are told apart.
@@ -83,7 +83,7 @@ impl Facts<'_> {
 
     /// Returns the cause of the loss and its cure, in short lines; empty for a system without an
     /// age. What was `tried` is what the [cures](Self::cures) did.
-    pub fn cause(&self, tried: Option<&Tried>) -> Vec<String> {
+    pub fn cause(&self, tried: Option<&Tried>) -> Vec<CauseLine> {
         let Some(acts) = acting(self.system, self.lineage.topology()) else {
             return Vec::new();
         };
@@ -95,7 +95,11 @@ impl Facts<'_> {
         if hopeless.is_some() || (fresh.is_some() && needed.is_none()) {
             let why = hopeless.unwrap_or_else(|| self.unequal());
             let parts: Vec<String> = fresh.into_iter().chain([why]).collect();
-            return vec![parts.join(": ") + self.another()];
+            let remedy = self.choice().map(|_| Remedy::OtherMessage);
+            return vec![CauseLine {
+                text: parts.join(": "),
+                remedy,
+            }];
         }
         let needed = needed.unwrap_or_default().iter();
         let needed: Vec<AgeOwner> = needed.map(|index| causes[*index].0).collect();
@@ -109,10 +113,15 @@ impl Facts<'_> {
             self.blame(owner, tried, place)
         });
         if lines.is_empty() {
-            lines.push("no action was applied in the last second".to_owned());
+            lines.push("no action was applied in the last second".to_owned().into());
         }
-        lines.extend(self.how_old());
-        lines.extend(owners.iter().find_map(|owner| self.symptom(*owner)));
+        let symptom = owners.iter().find_map(|owner| self.symptom(*owner));
+        lines.extend(
+            self.how_old()
+                .into_iter()
+                .chain(symptom)
+                .map(CauseLine::from),
+        );
         lines
     }
 
@@ -186,14 +195,6 @@ impl Facts<'_> {
         }
     }
 
-    /// Returns the key for another message, where there are several to choose from.
-    fn another(&self) -> &'static str {
-        match self.choice() {
-            Some(_) if self.live => ". p takes another",
-            _ => "",
-        }
-    }
-
     /// Returns the alias of the messages to choose from.
     fn choice(&self) -> Option<&'static Alias> {
         let alias = names::first_alias(self.system, KnobKind::Send);
@@ -246,15 +247,18 @@ impl Facts<'_> {
 fn lines(
     owners: &[AgeOwner],
     needed: &[AgeOwner],
-    blame: impl Fn(AgeOwner) -> String,
-) -> Vec<String> {
+    blame: impl Fn(AgeOwner) -> CauseLine,
+) -> Vec<CauseLine> {
     let others = needed.iter().filter(|owner| !owners.contains(owner));
     let line = |(number, owner): (usize, &AgeOwner)| {
-        let line = blame(*owner);
-        match line.strip_prefix("the age arose") {
-            Some(rest) if number > 0 && !owners.contains(owner) => format!("and{rest}"),
-            _ => line,
+        let mut line = blame(*owner);
+        if let Some(rest) = line.text.strip_prefix("age comes")
+            && number > 0
+            && !owners.contains(owner)
+        {
+            line.text = format!("and{rest}");
         }
+        line
     };
     owners.iter().chain(others).enumerate().map(line).collect()
 }

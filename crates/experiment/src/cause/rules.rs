@@ -4,13 +4,10 @@ use std::time::Duration;
 
 use ratelab::{Hz, Knob, KnobKind};
 use ratelab_metrics::AgeStage;
-use ratelab_system::{Spoiler, acting};
+use ratelab_system::{Alias, Spoiler, acting};
 
-use super::{Facts, Tried};
-use crate::{
-    candidates,
-    millis::{ms, number},
-};
+use super::{CauseLine, Effect, Facts, Remedy, Tried};
+use crate::{candidates, millis::ms};
 
 /// Recent messages of a link from which on a share of them is told.
 const ENOUGH: usize = 100;
@@ -46,7 +43,7 @@ pub enum AgeOwner {
     },
 }
 
-/// The kind of the knob that takes a reason away, and how the age arose.
+/// The kind of the knob that takes a reason away, and where the age comes from.
 type CauseRule = (Option<KnobKind>, fn(&Facts<'_>, AgeOwner) -> String);
 
 impl AgeOwner {
@@ -78,25 +75,25 @@ impl AgeOwner {
             Self::Hang(_) => (Some(KnobKind::Hang), |facts, of| {
                 let (name, took) = (facts.name(of), facts.hang(of.place()).unwrap_or_default());
                 let took = ms(took);
-                format!("the age arose in the {name}: it hung, one tick took {took}")
+                format!("age comes from the {name}: it hung, one tick took {took}")
             }),
             Self::Late(_) => (Some(KnobKind::Wakes), |facts, of| {
-                format!("the age arose in the {}: it wakes late", facts.name(of))
+                format!("age comes from the {}: it wakes late", facts.name(of))
             }),
             Self::Stage(AgeStage::Executor(_)) => (None, busy_executor),
             Self::Crash(_) => (Some(KnobKind::Restart), end_of_messages),
             Self::Clock(_) => (Some(KnobKind::Clock), |facts, of| {
                 let (name, every) = (facts.name(of), ms(facts.interval(of.place())));
-                format!("the age arose in the {name}: by its wrong clock it ticks every {every}")
+                format!("age comes from the {name}: by its wrong clock it ticks every {every}")
             }),
             Self::Phase(_) => (Some(KnobKind::Offset), |_, _| {
-                "the age arose as messages wait for ticks".to_owned()
+                "age comes from messages that wait for ticks".to_owned()
             }),
             Self::Stage(AgeStage::Link(_)) => (Some(KnobKind::Link), slow_link),
             Self::Stage(AgeStage::Queue(_)) => (Some(KnobKind::Read), |facts, of| {
                 let (name, depth) = (facts.name(of), facts.graph.topics[of.place()].depth);
                 format!(
-                    "the age arose in the queue of {name}: it is read from the old end, {depth} \
+                    "age comes from the queue of {name}: it is read from the old end, {depth} \
                      deep"
                 )
             }),
@@ -140,17 +137,17 @@ fn slow_pace(facts: &Facts<'_>, owner: AgeOwner) -> String {
     let mut topics = facts.graph.topics.iter();
     let mut read = topics.clone().flat_map(|topic| &topic.readers);
     let output = topics.find(|topic| topic.publishers.contains(&node) && !topic.readers.is_empty());
-    let arose = match (read.any(|reader| reader.node == node), output) {
+    let origin = match (read.any(|reader| reader.node == node), output) {
         (true, Some(topic)) => {
-            format!("on {}: the {name} decides every {}", topic.name, ms(every))
+            format!("{}: the {name} decides every {}", topic.name, ms(every))
         }
-        (true, None) => format!("in the {name}: it acts every {}", ms(every)),
+        (true, None) => format!("the {name}: it acts every {}", ms(every)),
         (false, _) => {
             let times = (10.0 / every.as_secs_f64()).round() / 10.0;
-            format!("at the {name}: it looks {times} times a second")
+            format!("the {name}: it looks {times} times a second")
         }
     };
-    format!("the age arose {arose}{since}")
+    format!("age comes from {origin}{since}")
 }
 
 fn long_ticks(facts: &Facts<'_>, owner: AgeOwner) -> String {
@@ -158,7 +155,7 @@ fn long_ticks(facts: &Facts<'_>, owner: AgeOwner) -> String {
     let time = facts.time().as_secs_f64();
     let busy = (facts.busy(owner.place()).as_secs_f64() / time * 100.0).min(100.0);
     format!(
-        "the age arose in the {name}: its ticks take {busy:.0} % of the time and come every \
+        "age comes from the {name}: its ticks take {busy:.0} % of the time and come every \
          {every}"
     )
 }
@@ -171,8 +168,8 @@ fn busy_executor(facts: &Facts<'_>, of: AgeOwner) -> String {
         .map(ToString::to_string)
         .unwrap_or_default();
     format!(
-        "the age arose as the {name} waits for its executor {executor}{share}: quicker nodes in it \
-         help, or another executor"
+        "age comes from the {name}, which waits for its executor {executor}{share}: quicker \
+         nodes in it help, or another executor"
     )
 }
 
@@ -183,8 +180,8 @@ fn late_match(facts: &Facts<'_>, of: AgeOwner) -> String {
     };
     let (other, share) = (facts.name(of), facts.share(of));
     format!(
-        "the age arose as the {waits} waits for {other}, to match{share}: what makes {other} come \
-         sooner helps"
+        "age comes from the {waits}, which waits for {other}, to match{share}: what makes \
+         {other} come sooner helps"
     )
 }
 
@@ -193,7 +190,7 @@ fn no_action(facts: &Facts<'_>, of: AgeOwner) -> String {
     let (name, plan) = (facts.name(of), facts.plan);
     let [actions, needed] = plan.map_or([0; 2], |plan| [plan.actions, plan.needed]);
     format!(
-        "the age arose in the {name}: it had no action, as plans have {actions} and the next one \
+        "age comes from the {name}: it had no action, as plans have {actions} and the next one \
          came after {needed}"
     )
 }
@@ -221,7 +218,7 @@ fn slow_link(facts: &Facts<'_>, owner: AgeOwner) -> String {
         (Some(loses), false) => format!("{takes} and {loses}"),
         (None, _) => takes,
     };
-    format!("the age arose on {name}: its link {what}")
+    format!("age comes from {name}: its link {what}")
 }
 
 impl Facts<'_> {
@@ -287,13 +284,15 @@ impl Facts<'_> {
         (hz.get() > self.graph.node(name)?.hz.get()).then_some(Knob::Rate { node, hz })
     }
 
-    /// Twice the rate of the node of `owner`, if no key raises it and there is time for that.
+    /// Returns twice the rate of the node of `owner`, if no step raises it and there is time.
     fn twice_the_rate(&self, owner: AgeOwner) -> Option<Knob> {
         let (node, view) = (owner.place(), &self.graph.nodes[owner.place()]);
         let is_timed = view.triggers.is_empty();
-        let (_, key) = self.rate_setting(&view.name);
+        let steps = self
+            .rate_alias(&view.name)
+            .is_some_and(|(number, _)| number < self.stepped_rates);
         let hz = candidates::twice(view.hz)?;
-        (is_timed && key.is_none() && self.has_time(node)).then(|| Knob::Rate {
+        (is_timed && !steps && self.has_time(node)).then(|| Knob::Rate {
             node: view.name.to_string(),
             hz,
         })
@@ -304,42 +303,35 @@ impl Facts<'_> {
         self.turned().iter().any(|turned| turned == knob)
     }
 
-    /// Returns the stage in which the age arose, and its cure, which has index `place` in the cures
+    /// Returns the stage that the age comes from, and its cure, which has index `place` in the cures
     /// that were `tried`.
     pub(super) fn blame(
         &self,
         owner: AgeOwner,
         tried: Option<&Tried>,
         place: Option<usize>,
-    ) -> String {
+    ) -> CauseLine {
         let (_, told) = owner.rule();
-        let arose = told(self, owner);
-        let advice = match (owner, self.cure(owner)) {
-            (AgeOwner::Rate(_), cure) => match self.faster(owner, cure, tried, place) {
-                Some(advice) => advice,
-                None => return arose,
-            },
-            (_, Some(cure)) if self.was_turned(&cure) => {
-                if self.lost {
-                    format!("{cure} came too late")
-                } else {
-                    format!("{cure} is in force now")
-                }
+        let remedy = match (owner, self.cure(owner)) {
+            (AgeOwner::Rate(_), cure) => self.faster(owner, cure, tried, place),
+            (_, Some(cure)) if self.was_turned(&cure) => Some(Remedy::Known(if self.lost {
+                format!("{cure} came too late")
+            } else {
+                format!("{cure} is in force now")
+            })),
+            (_, Some(cure)) => Some(Remedy::Turn(cure, Effect::new(tried, place))),
+            (AgeOwner::Stage(AgeStage::Cost(_)), None) => {
+                Some(Remedy::Known("try a faster one".to_owned()))
             }
-            (_, Some(cure)) => effect(&self.typed(&cure), tried, place),
-            (AgeOwner::Stage(AgeStage::Cost(_)), None) => "try a faster one".to_owned(),
-            (_, None) => return arose,
+            (_, None) => None,
         };
-        format!("{arose}. {advice}")
+        CauseLine {
+            text: told(self, owner),
+            remedy,
+        }
     }
 
-    /// Returns a knob as it is typed: where keys turn knobs, with the key of the prompt.
-    fn typed(&self, cure: &Knob) -> String {
-        let key = if self.live { ":" } else { "" };
-        format!("{key}{cure}")
-    }
-
-    /// Returns how to raise the rate of the node of `owner`: by a key, or by a `cure` that was
+    /// Returns how to raise the rate of the node of `owner`: by steps, or by a `cure` that was
     /// `tried`; `None` for a node without a rate of its own.
     fn faster(
         &self,
@@ -347,22 +339,32 @@ impl Facts<'_> {
         cure: Option<Knob>,
         tried: Option<&Tried>,
         place: Option<usize>,
-    ) -> Option<String> {
+    ) -> Option<Remedy> {
         let name = self.name(owner);
-        let (setting, key) = self.rate_setting(name);
+        let alias = self.rate_alias(name);
         let is_its_rate = |knob: &_| Knob::kind(knob) == KnobKind::Rate && knob.target() == name;
         let raised = self.turned().iter().any(is_its_rate)
             && self.pace(owner.place()) > self.graph.nodes[owner.place()].hz.period();
-        Some(match (key, cure) {
-            _ if !self.has_time(owner.place()) => {
-                "There is no time for a higher rate: lower the load first".to_owned()
-            }
-            _ if raised && self.lost => format!("{setting} was raised too late"),
-            _ if raised => format!("{setting} was raised: the age falls now"),
-            (Some(key), _) if self.live => format!("{key} raises {setting}"),
-            (Some(_), _) => format!("raise {setting}"),
-            (None, cure) => effect(&self.typed(&cure?), tried, place),
-        })
+        if !self.has_time(owner.place()) {
+            let load = "There is no time for a higher rate: lower the load first";
+            return Some(Remedy::Known(load.to_owned()));
+        }
+        if raised {
+            let setting =
+                alias.map_or_else(|| format!("rate {name}"), |(_, it)| it.name.to_owned());
+            return Some(Remedy::Known(if self.lost {
+                format!("{setting} was raised too late")
+            } else {
+                format!("{setting} was raised: the age falls now")
+            }));
+        }
+        match alias.filter(|(number, _)| *number < self.stepped_rates) {
+            Some((place, alias)) => Some(Remedy::Raise {
+                place,
+                name: alias.name,
+            }),
+            None => Some(Remedy::Turn(cure?, Effect::new(tried, place))),
+        }
     }
 
     /// Returns whether a higher rate of the node asks nothing for more than there is time for.
@@ -377,20 +379,15 @@ impl Facts<'_> {
         })) == self.overloads(None)
     }
 
-    /// Returns the name of the rate of `node`, and the key that raises it.
-    fn rate_setting(&self, node: &str) -> (String, Option<char>) {
-        let alias = self
-            .system
+    /// Returns the alias of the rate of `node`, and its place among the aliases of rates.
+    fn rate_alias(&self, node: &str) -> Option<(usize, &Alias)> {
+        self.system
             .knobs()
             .aliases()
             .iter()
             .filter(|alias| alias.kind() == KnobKind::Rate)
             .enumerate()
-            .find(|(_, alias)| alias.knobs == [(KnobKind::Rate, node)]);
-        match alias {
-            Some((number, alias)) => (alias.name.to_owned(), self.rate_keys.get(number).copied()),
-            None => (format!("rate {node}"), None),
-        }
+            .find(|(_, alias)| alias.knobs == [(KnobKind::Rate, node)])
     }
 
     /// Returns the share of `owner` in the age, in parentheses.
@@ -405,29 +402,6 @@ impl Facts<'_> {
                 let share = took.as_secs_f64() / all.as_secs_f64() * 100.0;
                 format!(" ({share:.0} % of it)")
             })
-    }
-}
-
-/// Returns what `cure` does, which has index `place` in the cures that were `tried`.
-fn effect(cure: &str, tried: Option<&Tried>, place: Option<usize>) -> String {
-    let Some((tried, place)) = tried.zip(place) else {
-        return format!("try {cure}");
-    };
-    let needed = tried.needed.as_deref();
-    let helps = place == 0 && needed.is_none_or(|needed| needed.contains(&place));
-    match (needed, tried.ages) {
-        (Some([only]), _) if *only == place => format!("{cure} fixes it"),
-        (_, Some([before, after])) if helps && after < before => {
-            let taken = number(before - after);
-            format!("{cure} takes {taken} of {} away", ms(before))
-        }
-        (_, Some([before, after])) if place == 0 && before < after => {
-            format!("{cure} makes it older, by {}", ms(after - before))
-        }
-        (Some([_, others @ ..]), _) if others.contains(&place) => {
-            format!("{cure}, too, fixes it")
-        }
-        _ => format!("{cure} alone is not enough"),
     }
 }
 

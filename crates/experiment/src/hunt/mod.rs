@@ -133,7 +133,7 @@ pub enum Proof {
 pub enum HuntError {
     /// An empty budget.
     #[error(
-        "nothing may go wrong: allow messages to be lost or late, or a node to hang or to be shifted"
+        "no faults to try: allow messages to be lost or late, or a node to hang or to be shifted"
     )]
     NoBudget,
     /// A budget with too many parts.
@@ -178,7 +178,7 @@ pub enum HuntError {
         known: String,
     },
     /// The run is lost even without faults.
-    #[error("without any fault: {0}; hunt for what loses a run that goes well")]
+    #[error("without any fault: {0}; begin with a run that is not lost")]
     LostAnyway(Verdict),
     /// The graph could not be built.
     #[error(transparent)]

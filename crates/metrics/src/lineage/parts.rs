@@ -15,7 +15,7 @@ use super::{
 pub(super) const MOST_HOPS: usize = 64;
 
 /// The title of a stage that ends with a newer message.
-const HOLD: &str = "until a newer message on";
+const HOLD: &str = "in use until a newer message on";
 
 /// A stage of an age, with the index of the node or topic that it is due to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -152,7 +152,7 @@ impl App {
     /// Shows the limits of the push age, at the second time, or hides them.
     pub(super) fn toggle_limits(&mut self) {
         if self.setup.hides_limits && self.warns(Warned::ShowsLimits) {
-            let warning = "exercises 6 and 7 ask for these limits: a again shows them";
+            let warning = "exercises 6 and 7 ask for these limits. a: show them";
             return self.notify(warning);
         }
         self.setup.hides_limits ^= true;

@@ -225,7 +225,7 @@ impl App {
         let turned = listed(self.system(), &knobs);
         self.knobs.running.extend(knobs);
         self.notify(format!(
-            "{why}: {turned} counts from the next one, r starts it"
+            "{why}: {turned} is used from the next run on: r starts it"
         ));
         Ok(())
     }

@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// The place of a map that shows what an exercise asks for.
-const MASKED: &str = "the map answers exercise 1: e predicts it, m again shows the map anyway";
+const MASKED: &str = "the map is the answer to exercise 1. e: predict first, m: show the map";
 
 /// The map of the lab.
 #[derive(Default)]

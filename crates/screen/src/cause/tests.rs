@@ -6,11 +6,12 @@ use ratelab::{Head, Knob, KnobKind, MessageId, TickId, TickTiming, Time, TimedKn
 use ratelab_cart_pole::CartPole;
 use ratelab_experiment::{
     Config, Experiment, Summary,
-    cause::{AgeData, AgeOwner, Facts, Hang, Strain, Trial, latest},
+    cause::{AgeData, AgeOwner, Facts, Hang, Strain, Trial, Tried, latest},
 };
 use ratelab_metrics::{Lineage, Snapshot, TickCauses, TickRecord, TopicRead, mean_parts};
 use ratelab_system::{AgeLimits, Setup, System, acting};
 
+use super::told;
 use crate::{
     knobs::RATE_KEYS,
     lineage_taps::LineageTaps,
@@ -82,8 +83,17 @@ fn cause(graph: &Snapshot, lineage: &Lineage, setup: &Setup) -> (Vec<String>, Ve
             let kind = names.rev().find(|name| name.parse::<usize>().is_err());
             format!("{} {}", kind.expect("a name"), facts.name(owner))
         };
-        (facts.cause(None), owners.into_iter().map(name).collect())
+        (
+            said(&facts, None, false),
+            owners.into_iter().map(name).collect(),
+        )
     })
+}
+
+/// Returns the lines about a loss, once its cures were `tried`.
+fn said(facts: &Facts<'_>, tried: Option<&Tried>, live: bool) -> Vec<String> {
+    let lines = facts.cause(tried).into_iter();
+    lines.map(|line| told(line, live)).collect()
 }
 
 /// Returns what `read` reads from the facts about a loss at the moment of `graph`, with a setup in
@@ -108,8 +118,7 @@ fn with_facts<R>(
         late,
         hangs: &Hang::at_the_start(setup),
         plan: None,
-        live: false,
-        rate_keys: RATE_KEYS,
+        stepped_rates: RATE_KEYS.len(),
     })
 }
 
@@ -357,7 +366,7 @@ fn overruns_under_the_real_clock_are_blamed_on_the_long_ticks() {
     let (graph, lineage) = overrunning();
     let (by_itself, named) = cause(&graph, &lineage, &Setup::default());
     assert_eq!(named, ["Cost policy"]);
-    let text = "the age arose in the policy: its ticks take 85 % of the time and come every 100 \
+    let text = "age comes from the policy: its ticks take 85 % of the time and come every 100 \
                 ms. try a faster one";
     assert_eq!(by_itself[0], text);
     let setup: Setup = [knob("takes policy 85")].into_iter().collect();
@@ -439,7 +448,7 @@ fn a_knob_that_was_turned_too_late_is_no_advice() {
         assert!(played.summary.verdict.is_lost(), "{setup}");
         let knobs = (&played.setup(), &config.knobs[..]);
         let lines = with_facts(&played.graph, &played.lineage, knobs, |facts| {
-            facts.cause(None)
+            said(&facts, None, false)
         });
         assert!(lines[0].ends_with(&cure), "{setup}: {lines:?}");
     }
@@ -447,10 +456,10 @@ fn a_knob_that_was_turned_too_late_is_no_advice() {
 
 #[test]
 fn a_rate_that_came_back_in_time_is_told_as_it_is_now_and_not_as_too_late() {
-    for [run, said] in rows(
-        "until 2.42; 1.4 rate policy 5; 2.4 rate policy 50 | on /action: the policy decides every \
+    for [run, told] in rows(
+        "until 2.42; 1.4 rate policy 5; 2.4 rate policy 50 | /action: the policy decides every \
              20 ms, only since 2.400 s. control-hz was raised: the age falls now
-         until 1.9; 1.4 rate policy 5 | on /action: the policy decides every 200 ms, since 1.400 s. \
+         until 1.9; 1.4 rate policy 5 | /action: the policy decides every 200 ms, since 1.400 s. \
              raise control-hz",
     ) {
         let config = config(&run);
@@ -462,9 +471,9 @@ fn a_rate_that_came_back_in_time_is_told_as_it_is_now_and_not_as_too_late() {
                 lost: false,
                 ..facts
             };
-            facts.cause(None)
+            said(&facts, None, false)
         });
-        assert_eq!(lines[0], format!("the age arose {said}"), "{run}");
+        assert_eq!(lines[0], format!("age comes from {told}"), "{run}");
     }
 }
 
@@ -477,13 +486,9 @@ fn proven(setup: &str) -> Vec<String> {
     let trial = Trial::new(system, &config, config.setup.clone(), played.graph.now);
     let knobs = (&config.setup, &[][..]);
     with_facts(&played.graph, &played.lineage, knobs, |facts| {
-        let facts = Facts {
-            live: true,
-            ..facts
-        };
-        let untried = facts.cause(None);
+        let untried = said(&facts, None, true);
         assert!(!untried.join(" ").contains("fixes"), "{untried:?}");
-        facts.cause(trial.run(&facts.cures()).as_ref())
+        said(&facts, trial.run(&facts.cures()).as_ref(), true)
     })
 }
 
@@ -494,7 +499,7 @@ fn only_what_was_tried_is_said_to_mend_it_and_what_is_not_enough_is_named_with_i
          crash policy | :restart policy fixes it
          takes policy 85 | :takes policy none fixes it
          link /obs loss:1 | lost 31 of 31. :link /obs none fixes it
-         link /obs delay:120; link /action delay:120 | takes 120 of ; and on /; , too, fixes it
+         link /obs delay:120; link /action delay:120 | takes 120 of ; and from /; , too, fixes it
          crash sensor; crash policy | :restart sensor alone is not enough; policy crashed; , too, \
              fixes it",
     ) {

@@ -16,11 +16,12 @@ use ratelab_experiment::{
 use ratelab_metrics::{LATELY, Rows, Snapshot};
 use ratelab_system::{AgeLimits, Setup, System, Verdict, depends_on_the_world, names, plant};
 
-use data::{marks, topic_data};
+use data::{Figures, marks, topic_data};
 use standing::RunMoment;
 
 use super::{
     age::AgeData,
+    asked::Asked,
     cause::CureTrials,
     frame::{FrameData, Ghost, LatencyData, PlanData, SignalTrace, TRACE_S},
     knobs::{RATE_KEYS, first_node, setting},
@@ -28,8 +29,6 @@ use super::{
     push_age::PushAges,
     run::{RunDigest, RunSource, WatchedRows, signal, signal_is_push_age},
 };
-use crate::cause::Asked;
-use data::Figures;
 
 /// Duration of the light on a node after a tick (wall time).
 const LIT: Duration = Duration::from_millis(100);
@@ -105,9 +104,9 @@ impl Sampler {
                 late: late(system, &graph, lineage, age),
                 plan: plan.as_ref().map(PlanData::facts),
                 hangs: &hangs,
-                live: session.live(),
-                rate_keys: RATE_KEYS,
+                stepped_rates: RATE_KEYS.len(),
             },
+            live: session.live(),
             state: &self.state,
             state_at: self.state_at,
             lost: self.lost.clone(),

@@ -9,7 +9,7 @@ use ratelab_system::{Silence, Verdict, VerdictKind, acting, plant};
 
 use crate::{
     age::{Strain, ms},
-    cause::CureTrials,
+    cause::{CureTrials, told},
     frame::{Health, Standing, VerdictData},
     knobs::first_node,
     run::RunSource,
@@ -20,7 +20,7 @@ use crate::{
 const STILL: Duration = Duration::from_millis(250);
 
 /// Why the same rates may give another age from the start.
-const PHASE: &str = "a rate was turned in the run, so ticks come at other moments";
+const PHASE: &str = "a rate changed in the run, so ticks come at other moments";
 
 /// A run at one moment.
 pub(super) struct RunMoment<'a> {
@@ -28,6 +28,8 @@ pub(super) struct RunMoment<'a> {
     pub session: &'a dyn RunSource,
     /// What explains it.
     pub facts: Facts<'a>,
+    /// Whether keys turn its knobs; `false` for a recording.
+    pub live: bool,
     /// The newest state of the plant; empty before the first.
     pub state: &'a [f64],
     /// Its run time.
@@ -154,11 +156,7 @@ impl RunMoment<'_> {
             .commands
             .iter()
             .any(|timed| timed.knob.kind() == KnobKind::Rate);
-        let cure = if self.facts.live {
-            "; r: a clean run"
-        } else {
-            ""
-        };
+        let cure = if self.live { "; r: a clean run" } else { "" };
         why.extend(age.filter(|_| rate_turned).map(|_| PHASE.to_owned() + cure));
         state(Standing::Good, "", headline, why)
     }
@@ -178,7 +176,7 @@ impl RunMoment<'_> {
         let Some((_, node)) = self.moves().filter(|_| gone.is_empty()) else {
             return gone;
         };
-        let (name, key) = (&node.name, if self.facts.live { ":" } else { "" });
+        let (name, key) = (&node.name, if self.live { ":" } else { "" });
         vec![match self.health(node) {
             Health::Crashed => {
                 format!("the {name} crashed: the plant waits for it. {key}restart {name} goes on")
@@ -200,7 +198,8 @@ impl RunMoment<'_> {
         let tried = trials.follow(trial, facts.cures(), session.summary().is_some());
         // More load than there is time for comes before the parts of an age, which follow from it.
         let mut reasons = facts.overloads(None);
-        reasons.extend(facts.cause(tried));
+        let lines = facts.cause(tried).into_iter();
+        reasons.extend(lines.map(|line| told(line, self.live)));
         reasons
     }
 
@@ -273,7 +272,7 @@ impl RunMoment<'_> {
         let greatest = ms(self.facts.age?.greatest);
         let (name, hz) = (&node.name, node.hz);
         Some(format!(
-            "the {name} decides at {hz}; the greatest push age lately: {greatest}"
+            "the {name} decides at {hz}; recent push age: at most {greatest}"
         ))
     }
 

@@ -170,6 +170,6 @@ fn a_limit_is_not_called_kept_before_the_first_data() {
     let mut app = begun(&text, Speed::REAL_TIME);
     sample(&mut app);
     until(&mut app, |app| frame(app).now > Time::ZERO);
-    let parts = ["no data so far", "no data came through see"];
+    let parts = ["no data so far", "no data on chain see"];
     shows(&verdict(&app), &parts);
 }

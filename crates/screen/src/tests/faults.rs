@@ -55,12 +55,12 @@ fn lines(app: &App) -> Vec<String> {
 fn age_verdict_and_cause_keep_their_rows_whatever_happens() {
     for [setup, verdict, cause] in rows(
         "rate policy 5 | FELL at 0.840 s | the policy decides
-         hang policy 900 | FELL at 0.620 s | in the policy: it hung
+         hang policy 900 | FELL at 0.620 s | from the policy: it hung
          crash policy | FELL at 0.620 s | the policy crashed
          crash sensor | FELL at 0.620 s | the sensor crashed
-         link /obs loss:1 | FELL at 0.620 s | on /obs: its link lost 31 of 31
+         link /obs loss:1 | FELL at 0.620 s | from /obs: its link lost 31 of 31
          crash actuator | UNDECIDED (the plant never moved) | the actuator crashed
-         link /obs delay:120; link /action delay:120; rate sensor 5 | FELL at | the age arose",
+         link /obs delay:120; link /action delay:120; rate sensor 5 | FELL at | age comes from",
     ) {
         let lines = lines(&over(&setup));
         for (row, part) in [(1, "push age"), (2, &*verdict), (3, &*cause)] {

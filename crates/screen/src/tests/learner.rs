@@ -158,7 +158,7 @@ fn no_answer_is_on_the_screen_before_the_first_prediction() {
     ] {
         let mut app = lab(&config(run), true);
         let shown = panes(&mut app);
-        assert!(has(&shown, "of ?"), "{run}");
+        assert!(has(&shown, "limit ?"), "{run}");
         for limit in limits() {
             for text in [
                 format!("of {limit}"),
@@ -201,16 +201,16 @@ fn what_may_stand_there_does_and_an_answer_would_be_found() {
 #[test]
 fn the_limits_are_shown_once_they_are_predicted_or_asked_for() {
     let mut app = lab(&config("control-hz 5"), true);
-    then(&mut app, "", &["of ?"]);
+    then(&mut app, "", &["limit ?"]);
     then(
         &mut app,
         "a",
-        &["of ?", "exercises 6 and 7 ask for these limits"],
+        &["limit ?", "exercises 6 and 7 ask for these limits"],
     );
-    then(&mut app, "i\u{1b}a", &["of ?", "a again shows them"]);
+    then(&mut app, "i\u{1b}a", &["limit ?", "a: show them"]);
     then(&mut app, "a", &["of 74–90"]);
-    then(&mut app, "a", &["of ?"]);
-    then(&mut app, "e", &["of ?", "the exercises"]);
+    then(&mut app, "a", &["limit ?"]);
+    then(&mut app, "e", &["limit ?", "the exercises"]);
     // The test's panel takes Enter as the last prediction.
     press(&mut app, "\n\u{1b}");
     then(&mut app, "", &["of 74–90"]);

@@ -98,7 +98,7 @@ fn a_setting_of_a_whole_run_counts_from_the_next_one() {
     ] {
         press(&mut app, &format!(":{typed}\n"));
         let short = &typed[typed.find(name).expect("the name")..];
-        let told = format!("a run keeps it: {short} counts from the next one, r starts it");
+        let told = format!("a run keeps it: {short} is used from the next run on: r starts it");
         assert_eq!(said(&app), told);
         assert_eq!(app.wanted().setup.parameter("policy", name), Some(value));
     }

@@ -86,8 +86,8 @@ fn a_cause_is_covered_until_the_exercise_that_asks_for_it_is_answered() {
     end(&mut app);
     let drawn = large(&app);
     shows(&drawn, &["the cause is covered"]);
-    assert!(!drawn.contains("the age arose"), "{drawn}");
+    assert!(!drawn.contains("age comes from"), "{drawn}");
     app.follow_panel(PanelAction::Answered);
     sample(&mut app);
-    shows(&large(&app), &["the age arose"]);
+    shows(&large(&app), &["age comes from"]);
 }

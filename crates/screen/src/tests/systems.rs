@@ -8,7 +8,7 @@ use ratelab_system::{
 };
 
 use super::{adders::Adders, *};
-use crate::cause::Asked;
+use crate::asked::Asked;
 
 #[derive(Clone, Copy)]
 struct Flight {

@@ -87,9 +87,12 @@ fn the_tour_never_says_what_the_run_is_not() {
 fn the_map_asks_for_the_prediction_of_what_it_shows_once() {
     let mut app = session(endless(""));
     app.ask_before_the_map();
-    for (title, shown) in [("the map answers exercise 1", true), ("cliff map", false)] {
+    for (title, shown) in [
+        ("the map is the answer to exercise 1", true),
+        ("cliff map", false),
+    ] {
         then(&mut app, "m", &[title]);
-        assert_eq!(small(&app).contains("m again shows"), shown, "{title}");
+        assert_eq!(small(&app).contains("m: show the map"), shown, "{title}");
     }
     leave(app);
 }

@@ -170,9 +170,8 @@ pub const STEPS: [Step; 7] = [
         ask: mend,
         look: |run| {
             format!(
-                "At {} Hz it stays up so far. From which rate down does it fall? Would a deeper queue \
-                 (>) have saved it? The first two exercises ask for your prediction, so ask \
-                 nobody yet.",
+                "At {} Hz it stays up so far. From which rate down does it fall? Does a deeper queue \
+                 (>) help? The first two exercises ask for your prediction first.",
                 run.hz
             )
         },

@@ -16,6 +16,9 @@ use crate::{
 /// Maximum and minimum width of the bar (columns).
 const BAR: (usize, usize) = (40, 8);
 
+/// Width from which the bar has room for numbers (columns).
+const NUMBERED: usize = 20;
+
 /// Ratio of the whole bar to the last limit.
 const BEYOND: f64 = 4.0 / 3.0;
 
@@ -104,7 +107,7 @@ fn number(age: &AgeData, room: usize) -> String {
     };
     match age.limit_text(|limit| whole(limit).to_string()) {
         Some(limit) => format!("{name} {mean:>3} ms of {limit}"),
-        None if age.hidden => format!("{name} {mean:>3} ms of ?"),
+        None if age.hidden => format!("{name} {mean:>3} ms, limit ?"),
         None => format!("{name} {mean:>3} ms"),
     }
 }
@@ -128,8 +131,8 @@ struct BarScale {
     width: usize,
 }
 
-/// Returns a tick for each limit of `age`, with its number before it if nothing is there, and the
-/// columns of both.
+/// Returns a tick for each limit of `age`, with its number before it if nothing is there and the bar
+/// is wide, and the columns of both.
 fn ticks(age: &AgeData, scale: BarScale) -> Vec<(usize, String)> {
     let limits = [age.limits.swings(), age.limits.may_fall, age.limits.falls]
         .into_iter()
@@ -141,9 +144,10 @@ fn ticks(age: &AgeData, scale: BarScale) -> Vec<(usize, String)> {
     let ticks = limits.into_iter().map(|limit| {
         let column = ((limit.as_secs_f64() * scale.cells_per_second) as usize).min(scale.width - 1);
         let number = whole(limit).to_string();
+        let has_room = scale.width >= NUMBERED;
         let start = column
             .checked_sub(number.len())
-            .filter(|start| *start >= free);
+            .filter(|start| has_room && *start >= free);
         free = column + 2;
         match start {
             Some(start) => (start, number + "┊"),

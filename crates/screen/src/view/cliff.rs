@@ -20,8 +20,8 @@ use crate::{
 /// Maximum number of visible rows of seeds.
 const MAX_SEEDS: usize = 24;
 
-/// Number of other rows: the total over all seeds, and two lines about the cursor.
-const OTHERS: usize = 3;
+/// Number of other rows: the total over all seeds, two lines about the cursor, and the legend.
+const OTHERS: usize = 4;
 
 /// Rows and columns of the box.
 const BORDERS: usize = 2;
@@ -53,7 +53,7 @@ pub fn render(map: &CliffMap, mut sheet: Sheet<'_>) {
     let mut pane = cleared.boxed(&name, Span::styled(progress, theme.faint()));
     let seeds = grid.seeds().map(|seed| grid.seed(seed));
     let lines = grid.axis().into_iter().chain([grid.all()]).chain(seeds);
-    let said = said(map, theme).map(Line::raw);
+    let said = said(map, theme).into_iter().map(Line::raw);
     pane.lines(0, 0, lines.chain(said));
 }
 
@@ -71,8 +71,8 @@ fn title(map: &CliffMap) -> String {
     }
 }
 
-/// Returns the result at the cursor, and the results of all seeds at its rate.
-fn said(map: &CliffMap, theme: &Theme) -> [String; 2] {
+/// Returns the result at the cursor, the results of all seeds at its rate, and the legend.
+fn said(map: &CliffMap, theme: &Theme) -> Vec<String> {
     let (column, row) = map.at;
     let (x, y) = map.place();
     let run = match map.outcome(column, row) {
@@ -94,10 +94,12 @@ fn said(map: &CliffMap, theme: &Theme) -> [String; 2] {
         .next()
         .unwrap_or_default();
     let all = match map.only_seed() {
-        None => format!("{x}: {held} of {finished} seeds {word}"),
-        Some(_) => SurvivalLevel::key(&word, theme),
+        None => Some(format!("{x}: {held} of {finished} seeds {word}")),
+        Some(_) => None,
     };
-    [format!("{x}, {y}: {run}"), all]
+    let here = format!("{x}, {y}: {run}");
+    let legend = SurvivalLevel::key(&word, theme);
+    [here].into_iter().chain(all).chain([legend]).collect()
 }
 
 /// The layout of the cells.
@@ -238,9 +240,9 @@ mod tests {
         │▸103 ··········████████████████████                              │
         │ 104 ··············████████████████                              │
         │ 105 ··············████████████████                              │
-        │ 106 ··········████████████████████                              │
         │7 Hz, seed 103: BALANCED (pole up the whole run), latency 77.9 ms│
         │7 Hz: 34 of 100 seeds balanced                                   │
+        │· none balanced, ░ ▒ ▓ some, █ all                               │
         └─────────────────────────────────────────────────────────────────┘
         ");
     }

@@ -207,7 +207,7 @@ pub const SECTIONS: [FileSection; 9] = [
             optional(
                 "or",
                 List(r#"keys in quotes, such as ["rate = 10, offset = 3"]"#),
-                "Its other readings, where a bag does not tell which is right: runs with a change try each",
+                "Its other settings that the bag allows: runs with a change try each",
             ),
             optional(
                 "only_new",
@@ -265,8 +265,8 @@ pub const SECTIONS: [FileSection; 9] = [
             optional(
                 "group",
                 NAME,
-                "Its callback group in a single, multi or events executor: of its nodes one ticks \
-                 at a time; reentrant excludes none [default: a group of its own]",
+                "Its callback group in a single, multi or events executor: only one node of a \
+                 group ticks at a time, except in the group reentrant [default: a group of its own]",
             ),
             optional(
                 "deadline_ms",
@@ -363,12 +363,12 @@ pub const SECTIONS: [FileSection; 9] = [
             optional(
                 "unsure",
                 Text("a text"),
-                "What the bag could not tell: ages of the graph with a change rest on it",
+                "What the bag could not tell and no run tries: ages after a change depend on it",
             ),
             optional(
                 "open",
                 Text("a text"),
-                "What the bag could not tell, but runs with a change try",
+                "What the bag could not tell and runs with a change try",
             ),
         ],
         one_of: &[],

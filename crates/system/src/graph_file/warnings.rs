@@ -102,8 +102,8 @@ impl GraphSystem {
         let total: f64 = executor.nodes.iter().map(|node| share(&node.text)).sum();
         if total > FULL * threads as f64 {
             return Some(format!(
-                "executor {name} is asked for more than it can do: its nodes need {:.0} % of a \
-                 core, and {kind} has {} %, so they wait, skip periods or lose messages",
+                "executor {name} is overloaded: its nodes need {:.0} % of a \
+                 core, and it has {} %, so they wait, skip periods or lose messages",
                 total * 1e2,
                 threads * 100
             ));
@@ -114,7 +114,7 @@ impl GraphSystem {
         }
         let (group, total) = groups.into_iter().find(|(_, total)| *total > FULL)?;
         Some(format!(
-            "{group} of executor {name} is asked for more than it can do: it needs {:.0} % of a \
+            "{group} of executor {name} is overloaded: it needs {:.0} % of a \
              core and ticks on one at a time, so its ticks wait, skip periods or lose messages",
             total * 1e2
         ))
@@ -133,7 +133,7 @@ fn swamped(name: &str, load: Load) -> Option<String> {
     let (ms, share) = (shortest_ms(load.cost), load.share());
     (share > FULL).then(|| {
         format!(
-            "{name} is asked for more than it can do: {ms} ms at {} Hz is {:.0} % of its time, so \
+            "{name} is overloaded: {ms} ms at {} Hz is {:.0} % of its time, so \
              messages will wait and be dropped",
             load.hz,
             share * 1e2

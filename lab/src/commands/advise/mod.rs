@@ -81,7 +81,11 @@ pub fn advise(program: &Program, args: &AdviseArgs) -> Result<(), Error> {
     }
     let topic = text::Subject::new(program, aged.as_ref());
     let advice = text::render(&topic, &base, &measured);
-    print_result(args.json, &text::json(&topic, &base, &measured), &advice)?;
+    print_result(
+        args.json,
+        &text::Advice::new(&topic, &base, &measured),
+        &advice,
+    )?;
     if advisor.interrupt.is_asked() {
         let why = format!(
             "stopped after {} runs: the result is of these",

@@ -3,7 +3,7 @@
 use std::env;
 
 use ratelab::millis;
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use super::{ChangedRun, Score};
 use crate::{
@@ -64,7 +64,10 @@ pub fn render(subject: &Subject<'_>, base: &ChangedRun, measured: &[ChangedRun])
         rows.push(("", format!("{hidden} more help less: --json has them")));
     }
     if best.is_empty() {
-        let text = format!("no change that was tried in {} helps", subject.system);
+        let text = format!(
+            "no change that was tried makes the data of {} younger",
+            subject.system
+        );
         rows.push(("with", text));
     }
     rows.push((
@@ -81,7 +84,9 @@ fn figures(run: &ChangedRun) -> String {
         Score::Age { mean_ns, p99_ns } => {
             let [mean, p99] = [mean_ns, p99_ns].map(|ns| millis::text(ns as f64 / 1e6));
             let within = run.within_text.iter();
-            let within: String = within.map(|share| format!("  {share:>8} within")).collect();
+            let within: String = within
+                .map(|share| format!("  {share:>8} within the limit"))
+                .collect();
             format!("{mean:>6} ms mean  {p99:>6} ms p99{within}  {word}")
         }
         Score::Overruns {
@@ -126,36 +131,67 @@ fn price(base: &ChangedRun, run: &ChangedRun) -> String {
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
-/// Returns the advice for programs, the best change first. Ages in nanoseconds go with a later
-/// version.
-pub fn json(subject: &Subject<'_>, base: &ChangedRun, measured: &[ChangedRun]) -> Value {
-    let object = |run: &ChangedRun| {
+/// The advice for programs, the best change first. Ages in nanoseconds go with a later version.
+#[derive(Serialize)]
+pub struct Advice<'a> {
+    at: Option<&'a str>,
+    base: ChangeRow<'a>,
+    changes: Vec<ChangeRow<'a>>,
+    of: &'a str,
+}
+
+impl<'a> Advice<'a> {
+    /// Creates the advice on `subject` from the run as it is and the `measured` changes.
+    pub fn new(subject: &'a Subject<'_>, base: &'a ChangedRun, measured: &'a [ChangedRun]) -> Self {
+        Self {
+            at: subject.age.map(|age| &*age.node),
+            base: ChangeRow::new(base, base),
+            changes: measured
+                .iter()
+                .map(|run| ChangeRow::new(base, run))
+                .collect(),
+            of: subject.age.map_or("overruns", RunAge::name),
+        }
+    }
+}
+
+/// A run with a change, beside the run as it is.
+#[derive(Serialize)]
+struct ChangeRow<'a> {
+    cause_of_end: &'a str,
+    command: String,
+    lost: bool,
+    mean_ms: Option<f64>,
+    mean_ns: Option<i64>,
+    more_cores: f64,
+    more_messages_per_s: f64,
+    overruns: Option<u64>,
+    p99_ms: Option<f64>,
+    p99_ns: Option<i64>,
+    within: Option<f64>,
+}
+
+impl<'a> ChangeRow<'a> {
+    fn new(base: &ChangedRun, run: &'a ChangedRun) -> Self {
         let [sent, worked] = more(base, run);
-        let (ages, skipped) = match run.score {
-            Score::Age { mean_ns, p99_ns } => ([Some(mean_ns), Some(p99_ns)], None),
-            Score::Overruns { skipped, .. } => ([None; 2], Some(skipped)),
+        let (mean_ns, p99_ns, overruns) = match run.score {
+            Score::Age { mean_ns, p99_ns } => (Some(mean_ns), Some(p99_ns), None),
+            Score::Overruns { skipped, .. } => (None, None, Some(skipped)),
         };
-        let [mean_ns, p99_ns] = ages;
-        json!({
-            "cause_of_end": run.summary.verdict.name(),
-            "command": command(&run.change),
-            "lost": run.summary.verdict.is_lost(),
-            "mean_ms": mean_ns.map(ages::in_ms),
-            "mean_ns": mean_ns,
-            "more_cores": rounded(worked),
-            "more_messages_per_s": rounded(sent),
-            "overruns": skipped,
-            "p99_ms": p99_ns.map(ages::in_ms),
-            "p99_ns": p99_ns,
-            "within": run.within,
-        })
-    };
-    json!({
-        "at": subject.age.map(|age| &age.node),
-        "base": object(base),
-        "changes": measured.iter().map(object).collect::<Vec<_>>(),
-        "of": subject.age.map_or("overruns", RunAge::name),
-    })
+        Self {
+            cause_of_end: run.summary.verdict.name(),
+            command: command(&run.change),
+            lost: run.summary.verdict.is_lost(),
+            mean_ms: mean_ns.map(ages::in_ms),
+            mean_ns,
+            more_cores: rounded(worked),
+            more_messages_per_s: rounded(sent),
+            overruns,
+            p99_ms: p99_ns.map(ages::in_ms),
+            p99_ns,
+            within: run.within,
+        }
+    }
 }
 
 /// Returns the command line of the run with a change, made of that of this command.

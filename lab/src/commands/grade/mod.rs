@@ -63,7 +63,11 @@ pub fn grade(program: &Program, args: &GradeArgs) -> Result<(), Error> {
         OutputKind::Rows(rows::HEADER).write("--csv", file, &[], rows.as_bytes())?;
     }
     let table = table::text(&graded, &measured, roster.as_ref());
-    print_result(args.json, &rows::json(&graded, &measured), &table)?;
+    print_result(
+        args.json,
+        &rows::GradeReport::new(&graded, &measured),
+        &table,
+    )?;
     let of = graded.len();
     Error::if_stopped(of, all, "hand-ins")?;
     match graded.iter().filter(|graded| !graded.is_accepted()).count() {

@@ -1,7 +1,9 @@
 //! The result for programs: a row per prediction and per recording, and JSON.
 
+use std::collections::BTreeMap;
+
 use exercises::framework::Brief;
-use serde_json::{Map, Value, json};
+use serde::Serialize;
 
 use super::{
     Flags, Graded, KINDS,
@@ -84,70 +86,135 @@ fn no_formula(cell: String) -> String {
     }
 }
 
-/// Returns the result as JSON.
-pub fn json(graded: &[Graded], measured: &Measured) -> Value {
-    let questions = measured
-        .questions()
-        .map(|(brief, _)| question(graded, brief));
-    json!({
-        "hand_ins": graded.iter().map(hand_in).collect::<Vec<_>>(),
-        "questions": questions.collect::<Vec<_>>(),
-    })
+/// The result for programs.
+#[derive(Serialize)]
+pub struct GradeReport<'a> {
+    hand_ins: Vec<HandIn<'a>>,
+    questions: Vec<Question<'a>>,
 }
 
-/// Returns the flags with evidence, by kind.
-fn known(flags: &Flags) -> Map<String, Value> {
-    let known = KINDS
-        .iter()
-        .zip(flags)
-        .filter_map(|(kind, why)| Some(((*kind).to_owned(), json!(why.as_ref()?))));
-    known.collect()
+impl<'a> GradeReport<'a> {
+    /// Creates the report on what was `graded` by what was `measured`.
+    pub fn new(graded: &'a [Graded], measured: &'a Measured) -> Self {
+        let questions = measured.questions();
+        Self {
+            hand_ins: graded.iter().map(HandIn::from).collect(),
+            questions: questions
+                .map(|(brief, _)| Question::new(graded, brief))
+                .collect(),
+        }
+    }
 }
 
-fn hand_in(graded: &Graded) -> Value {
-    let predictions = graded.marks.iter().map(|mark| {
-        json!({
-            "exercise": mark.brief.label(),
-            "seed": mark.seed,
-            "name": mark.brief.name,
-            "number": mark.prediction.number(),
-            "unit": mark.brief.unit,
-            "right": mark.right,
-            "error": mark.by,
-            "reason": mark.prediction.reason(),
-            "flags": known(&mark.flags),
-        })
-    });
-    let sessions = graded.sessions.iter().map(|session| {
-        json!({
-            "file": session.file_name(),
-            "accepted": session.refused.is_empty(),
-            "rescue": session.rescued,
-            "verified": session.verified,
-            "problems": session.refused,
-            "flags": known(&session.flags),
-        })
-    });
-    json!({
-        "learner": graded.learner,
-        "accepted": graded.is_accepted(),
-        "problem": graded.refused,
-        "predictions": predictions.collect::<Vec<_>>(),
-        "sessions": sessions.collect::<Vec<_>>(),
-    })
+/// The flags with evidence, by kind.
+type KnownFlags<'a> = BTreeMap<&'static str, &'a str>;
+
+fn known(flags: &Flags) -> KnownFlags<'_> {
+    let flags = KINDS.iter().zip(flags);
+    flags
+        .filter_map(|(kind, why)| Some((*kind, why.as_deref()?)))
+        .collect()
 }
 
-fn question(graded: &[Graded], brief: &Brief) -> Value {
-    let predicted: Vec<(f64, bool)> = predictions(graded, brief).collect();
-    json!({
-        "exercise": brief.label(),
-        "name": brief.name,
-        "quantity": brief.quantity,
-        "unit": brief.unit,
-        "predictions": predicted.len(),
-        "right": predicted.iter().filter(|(_, right)| *right).count(),
-        "histogram": table::rows(brief, &predicted),
-    })
+/// What a learner handed in.
+#[derive(Serialize)]
+struct HandIn<'a> {
+    learner: &'a str,
+    accepted: bool,
+    problem: Option<&'a str>,
+    predictions: Vec<PredictionRow<'a>>,
+    sessions: Vec<SessionRow<'a>>,
+}
+
+impl<'a> From<&'a Graded> for HandIn<'a> {
+    fn from(graded: &'a Graded) -> Self {
+        Self {
+            learner: &graded.learner,
+            accepted: graded.is_accepted(),
+            problem: graded.refused.as_deref(),
+            predictions: graded.marks.iter().map(PredictionRow::from).collect(),
+            sessions: graded.sessions.iter().map(SessionRow::from).collect(),
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct PredictionRow<'a> {
+    exercise: String,
+    seed: Option<u64>,
+    name: &'a str,
+    number: f64,
+    unit: &'a str,
+    right: bool,
+    error: &'a str,
+    reason: &'a str,
+    flags: KnownFlags<'a>,
+}
+
+impl<'a> From<&'a GradedPrediction> for PredictionRow<'a> {
+    fn from(mark: &'a GradedPrediction) -> Self {
+        Self {
+            exercise: mark.brief.label(),
+            seed: mark.seed,
+            name: &mark.brief.name,
+            number: mark.prediction.number(),
+            unit: &mark.brief.unit,
+            right: mark.right,
+            error: &mark.by,
+            reason: mark.prediction.reason(),
+            flags: known(&mark.flags),
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct SessionRow<'a> {
+    file: String,
+    accepted: bool,
+    rescue: Option<&'a str>,
+    verified: Option<&'a str>,
+    problems: &'a [String],
+    flags: KnownFlags<'a>,
+}
+
+impl<'a> From<&'a GradedRun> for SessionRow<'a> {
+    fn from(session: &'a GradedRun) -> Self {
+        Self {
+            file: session.file_name(),
+            accepted: session.refused.is_empty(),
+            rescue: session.rescued.as_deref(),
+            verified: session.verified.as_deref(),
+            problems: &session.refused,
+            flags: known(&session.flags),
+        }
+    }
+}
+
+/// A question, with the predictions of all learners.
+#[derive(Serialize)]
+struct Question<'a> {
+    exercise: String,
+    name: &'a str,
+    quantity: &'a str,
+    unit: &'a str,
+    predictions: usize,
+    right: usize,
+    histogram: Vec<table::Tally>,
+}
+
+impl<'a> Question<'a> {
+    fn new(graded: &'a [Graded], brief: &'a Brief) -> Self {
+        let predicted: Vec<(f64, bool)> = predictions(graded, brief).collect();
+        Self {
+            exercise: brief.label(),
+            name: &brief.name,
+            quantity: &brief.quantity,
+            unit: &brief.unit,
+            predictions: predicted.len(),
+            right: predicted.iter().filter(|(_, right)| *right).count(),
+            histogram: table::rows(brief, &predicted),
+        }
+    }
 }
 
 #[cfg(test)]

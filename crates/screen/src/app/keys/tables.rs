@@ -63,7 +63,7 @@ const PANES: &[KeyRow] = rows! {
     "v V" => DownUp(|app, by| app.shown.panes.timeline.zoom(by == Down)),
         "timeline: a shorter stretch, a longer one";
     "z" => This(|app| app.shown.panes.zoomed ^= true),
-        "give the focused pane the whole screen, or take it back", footer "zoom";
+        "show the focused pane on the whole screen, or not", footer "zoom";
 };
 
 const RATE: &[KeyRow] = rows! {
@@ -88,7 +88,7 @@ const TYPE: &[KeyRow] = rows! {
 
 const BRANCH: &[KeyRow] = rows! {
     "B" => This(App::ask_for_branch),
-        "branch: this run again up to here, then with a knob turned", footer "branch";
+        "branch: run again up to here, then change one knob", footer "branch";
 };
 
 /// All keys of a run here, the most needed first.
@@ -98,16 +98,16 @@ pub const LAB: KeyTable = KeyTable(&[
     RATE,
     rows! {
         "r" => This(App::restart_as_it_stands),
-            "start again: same seed, knobs as they stand", footer "restart";
+            "start again: same seed, same knobs", footer "restart";
         "Space" => This(App::pause), "pause, or go on", footer "pause";
         "e" => This(App::open_exercises),
             "open the exercises: predict, then see", footer "exercises", needs Course;
         "m" => This(App::ask_for_map),
-            "the cliff map: which rates and seeds go well", footer "map";
+            "the cliff map: with which rates and seeds it stays up", footer "map";
         "b" => This(App::break_it),
             "break it, as --break does; again: undo that", footer "break", needs Breakable;
         "c" => This(App::other_clock),
-            "hand the running graph to the other clock", footer "clock";
+            "change to the other clock, virtual or real", footer "clock";
     },
     DEPTH_OF_TOPICS,
     rows! {
@@ -119,33 +119,33 @@ pub const LAB: KeyTable = KeyTable(&[
     PANES,
     rows! {
         ". →" => This(App::step_forward),
-            "one tick of one node; looking back, one picture forward", footer "step";
+            "one tick of one node; in the past, one picture forward", footer "step";
         ", ←" => This(App::look_back),
-            "look back one picture; at a real run at rest, tick by tick", footer "back";
+            "one picture back; of a paused real run, one tick back", footer "back";
         "Home End f" => Each(&[
             |app| app.shown.frames.oldest(),
             |app| app.shown.frames.live(),
             |app| app.shown.frames.live(),
         ]),
-            "look at the oldest picture kept, the newest, what is live", footer "live again";
+            "the oldest picture, the newest one, the live run", footer "live again";
     },
     RECORD,
     rows! {
         "g" => This(App::toggle_tour),
             "begin the guided tour of five minutes, or leave it", needs Course;
         "a" => This(App::toggle_limits),
-            "show the limits of the push age (twice), or hide them", needs Course;
+            "show the limits of the push age (press twice), or hide them", needs Course;
         "+ - 0" => Each(SPEED),
-            "virtual time faster, slower, as fast as the wall's", footer "speed";
+            "virtual time faster, slower, at normal speed", footer "speed";
         "↑ ↓" => DownUp(App::mark_node),
             "mark the node before, the next one", footer "node";
         "t T" => UpDown(App::mark_topic),
             "mark the next topic, the one before", footer "topic";
         "o" => This(App::other_world),
-            "start again in the world that does not wait, or that waits", footer "world",
+            "start again: the plant waits for the actuator, or not", footer "world",
             needs OwnWorld;
         "{ }" => DownUp(App::turn_second_rate),
-            "rate of the second alias, such as sensor-hz, down, up", footer "second rate",
+            "second rate, such as sensor-hz, down, up", footer "second rate",
             needs SecondRate;
     },
     TYPE,
@@ -196,7 +196,7 @@ pub const REPLAY: KeyTable = KeyTable(&[
         "N n" => DownUp(App::seek_event),
             "to the event before, to the next event", footer "event";
         "a" => This(App::toggle_limits),
-            "show the limits of the push age (twice), or hide them", needs Course;
+            "show the limits of the push age (press twice), or hide them", needs Course;
         "Home End" => Each(&[|app| app.jump(Time::ZERO), |app| app.jump(Time::MAX)]),
             "to the beginning, to the end";
         "+ - 0" => Each(SPEED),
