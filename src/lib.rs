@@ -157,4 +157,4 @@ pub use settings::{
 };
 pub use shared::{Shared, SharedGuard};
 pub use time::{Hz, HzError, Time, TimeError};
-pub use topic::{Cause, Message, Payload, Publisher, Subscription, Topic};
+pub use topic::{Cause, ForwardedTimes, Message, Payload, Publisher, Subscription, Topic};

@@ -36,9 +36,9 @@ pub fn get_mut<T>(mutex: &mut Mutex<T>) -> &mut T {
         .unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// Waits on `condvar` for at most `timeout`. The model's
-/// condition variables have no time-out, but its wall clock advances with every read: there a wait
-/// of up to an hour ends at once, for its caller to look at that clock.
+/// Waits on `condvar` for at most `timeout`. The model's condition variables have no
+/// time-out, but its wall clock advances with every read: there a wait of up to an hour ends at
+/// once, for its caller to look at that clock.
 pub fn wait_timeout<'m, T>(
     condvar: &Condvar,
     mutex: &'m Mutex<T>,

@@ -215,8 +215,7 @@ impl Task {
     }
 
     /// Returns the end of the tick that was taken: the next due time of its rate, or the first one
-    /// from
-    /// `free` on.
+    /// from `free` on.
     pub(crate) fn end_of_period(&self, free: Time) -> Time {
         let mut rate = self.rate.clone();
         rate.resume(rate.due().max(self.shows(free)));

@@ -16,17 +16,26 @@ pub struct Publisher<T> {
     pub(super) bus: Arc<Bus<T>>,
 }
 
+/// The run times of a message that arrives from another process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ForwardedTimes {
+    /// Run time of its arrival.
+    pub at: Time,
+    /// Run time at which it was published there.
+    pub stamp: Time,
+    /// Run time of the sensing behind it, if that is known.
+    pub origin: Option<Time>,
+}
+
 impl<T: Payload> Publisher<T> {
-    /// Publishes a message at run time `now` with another `stamp` and the run time of the sensing
-    /// behind it: one that arrives from another process, where it was published then. Returns its
-    /// sequence number.
-    pub fn forward(&self, data: T, now: Time, stamp: Time, origin: Option<Time>) -> u64 {
+    /// Publishes a message that arrives from another process; returns its sequence number.
+    pub fn forward(&self, data: T, times: ForwardedTimes) -> u64 {
         self.send(
             data,
             Publication {
-                at: now,
-                stamp,
-                origin,
+                at: times.at,
+                stamp: times.stamp,
+                origin: times.origin,
                 source: SourceRank::UNKNOWN,
                 by: None,
                 from: Derived::Reads,

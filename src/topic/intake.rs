@@ -46,8 +46,7 @@ pub(crate) struct TakenMessage {
 
 impl<T: Payload> Topic<T> {
     /// Creates a subscription, the reader at this `place` of the topic, whose messages trigger the
-    /// node with index
-    /// `node` as its input number `input`.
+    /// node with index `node` as its input number `input`.
     pub(crate) fn trigger(
         &self,
         place: usize,

@@ -34,7 +34,7 @@ mod queue;
 #[cfg(test)]
 mod tests;
 
-pub use ends::{Publisher, Subscription};
+pub use ends::{ForwardedTimes, Publisher, Subscription};
 pub(crate) use intake::{Intake, TakenMessage};
 pub(crate) use message::SourceRank;
 pub use message::{Cause, Message, Payload};

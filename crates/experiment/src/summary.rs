@@ -23,8 +23,8 @@ pub struct Summary {
     pub state: Vec<f64>,
     /// The last data ages of its chains, as numbers; empty without chains.
     pub chains: Vec<f64>,
-    /// The mean over run time of the system's
-    /// quadratic cost; of a run that was lost, until then.
+    /// The mean over run time of the system's quadratic cost; of a run that was lost, until
+    /// then.
     pub cost: Option<f64>,
     /// The system's own figures of the run.
     pub figures: Vec<SystemFigure>,

@@ -4,7 +4,8 @@
 use std::{any::Any, fmt};
 
 use ratelab::{
-    Graph, Head, Message, Payload, Sink, Subscription, Tick, Time, Topic, Wiring, sync::Arc,
+    ForwardedTimes, Graph, Head, Message, Payload, Sink, Subscription, Tick, Time, Topic, Wiring,
+    sync::Arc,
 };
 
 use crate::{
@@ -120,10 +121,9 @@ pub trait RecordedTopic: Any + Send + Sync {
 /// run time of the sensing behind it, or `None` before the first.
 pub type RowReader = Box<dyn FnMut(&mut Tick, &mut Vec<f64>) -> Option<Time> + Send>;
 
-/// Publishes a row: the numbers of a message that arrived at run time `now`, was published
-/// at `stamp`, and is derived from a sensing at `origin`. Returns the sequence number;
-/// `None` if the numbers form no message of the topic. Takes: row, `now`, `stamp`, `origin`.
-pub type RowInlet = Box<dyn Fn(&[f64], Time, Time, Option<Time>) -> Option<u64> + Send + Sync>;
+/// Publishes a row: the numbers of a message that arrives from another process. Returns the sequence
+/// number; `None` if the numbers form no message of the topic.
+pub type RowInlet = Box<dyn Fn(&[f64], ForwardedTimes) -> Option<u64> + Send + Sync>;
 
 /// Takes the numbers of a message; returns `false` once it wants no more.
 pub type RowListener = Box<dyn FnMut(&Head, &[f64]) -> bool + Send>;
@@ -163,10 +163,7 @@ impl<T: Fields + Payload> RecordedTopic for NamedTopic<T> {
 
     fn inlet(&self) -> RowInlet {
         let publisher = self.topic.publisher();
-        Box::new(move |row, now, stamp, origin| {
-            let data = T::from_row(row)?;
-            Some(publisher.forward(data, now, stamp, origin))
-        })
+        Box::new(move |row, times| Some(publisher.forward(T::from_row(row)?, times)))
     }
 
     fn reader(&self, wiring: &mut Wiring<'_>) -> RowReader {

@@ -6,7 +6,7 @@ use std::{
 };
 
 use crossbeam_channel::Sender as Channel;
-use ratelab::{Time, sync::lock};
+use ratelab::{ForwardedTimes, Time, sync::lock};
 use ratelab_metrics::RowInlet;
 use ratelab_system::TopicChains;
 use zenoh::{Session, sample::Sample};
@@ -83,7 +83,7 @@ impl Inlet {
             .remember(sensed, head.origin.unwrap_or(head.stamp));
         self.run_times
             .receive(&mut row, self.times.passed(head.stamp)?);
-        let here = self.publish(&row, at, stamp, origin)?;
+        let here = self.publish(&row, ForwardedTimes { at, stamp, origin })?;
         let message = SentMessage {
             topic: self.topic,
             incarnation: head.incarnation,
@@ -110,15 +110,9 @@ impl Inlet {
 
     /// Publishes into the local topic; returns the number of the message there. Behind its numbers may
     /// be when the data of its chains began.
-    pub(crate) fn publish(
-        &self,
-        row: &[f64],
-        at: Time,
-        stamp: Time,
-        origin: Option<Time>,
-    ) -> Result<u64, Refusal> {
+    pub(crate) fn publish(&self, row: &[f64], times: ForwardedTimes) -> Result<u64, Refusal> {
         let (row, begun) = row.split_at(self.width.min(row.len()));
-        let publish = || (self.publish)(row, at, stamp, origin);
+        let publish = || (self.publish)(row, times);
         self.chains.forward(begun, publish).ok_or(Refusal::Content)
     }
 }
@@ -150,8 +144,8 @@ mod tests {
             patience: Duration::from_secs(3600),
             refused: Refused::default(),
             width: 1,
-            publish: Box::new(move |row, _, stamp, origin| {
-                let message = (row.to_vec(), stamp, origin);
+            publish: Box::new(move |row, times| {
+                let message = (row.to_vec(), times.stamp, times.origin);
                 (sent.send(message).is_ok() && row != [7.0]).then_some(0)
             }),
             sender: Mutex::default(),

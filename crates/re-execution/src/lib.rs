@@ -19,7 +19,7 @@
 //!   operations.
 //!
 //! Stands on `ratelab`, the core, by its hooks for journals, turns and clocks. Begin with
-//! `run_log.rs` and `re_execution.rs`.
+//! `log.rs` and `re_execution.rs`.
 
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 
@@ -27,12 +27,10 @@ mod log;
 mod plan;
 mod players;
 mod re_execution;
-mod run_log;
 mod section;
 mod watch;
 
-pub use log::{Log, LogError, LogPosition};
+pub use log::{Log, LogError, LogPosition, RunLog};
 pub use re_execution::ReExecution;
-pub use run_log::RunLog;
 pub use section::{Overlap, OverlapOperation};
 pub use watch::{BusyNode, Doing, Watch};

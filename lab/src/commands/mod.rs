@@ -12,7 +12,6 @@ mod hunt;
 mod lab;
 mod look;
 mod margins;
-mod mcap_file;
 mod new;
 mod readings;
 mod recording;
@@ -47,11 +46,11 @@ pub fn execute(program: &Program, command: Command) -> Result<(), Error> {
         Command::Branch(args) => branch::branch(program, &args),
         Command::Table(args) => export::table(program, &args),
         Command::Trace(args) => export::trace(program, &args),
-        Command::Export(args) => mcap_file::export(program, &args),
+        Command::Export(args) => export::export(program, &args),
         Command::ExportWeb(args) => export::export_web(program, &args),
         Command::Picture(args) => lab::picture(program, &args),
         #[cfg(feature = "network")]
-        Command::Up(args) => crate::network(program, &args),
+        Command::Up(args) => crate::network::up(program, &args),
         #[cfg(feature = "network")]
         Command::Node(args) => crate::network::node(program, &args),
         #[cfg(not(feature = "network"))]

@@ -15,7 +15,7 @@ use crate::{
     results::{context, destination, plan, print_results, record},
     signals,
     summary::{
-        phases::{PhaseSpread, phase_sweep},
+        ages::{PhaseSpread, phase_sweep},
         text::ReportContext,
     },
 };

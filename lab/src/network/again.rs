@@ -22,8 +22,7 @@ pub fn up_line() -> String {
 }
 
 /// Returns the command line of a process for one `part` of `up`, of which this process is the
-/// child: that of
-/// `up`, without what `node` does not know.
+/// child: that of `up`, without what `node` does not know.
 pub fn part_line(part: &str, address: &str) -> String {
     command_line(with_name(part_of(given(), part, address)))
 }

@@ -14,9 +14,8 @@ use serde_json::{Map, Value, json};
 
 use super::{
     Digits,
-    ages::{self, AgeFigures},
+    ages::{self, AgeFigures, PhaseFigures, PhaseSpread},
     bag::{self, BagFigures},
-    phases::{PhaseFigures, PhaseSpread},
     text::{ReportContext, saw_the_wall},
 };
 use crate::summary::{has_set_times, was_late};

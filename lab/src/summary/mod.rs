@@ -3,7 +3,6 @@
 pub mod ages;
 mod bag;
 pub mod json;
-pub mod phases;
 pub mod readings;
 pub mod text;
 

@@ -13,7 +13,11 @@ use ratelab_system::{
     plant,
 };
 
-use super::{ages, bag, phases::PhaseSpread, readings::OtherReadings};
+use super::{
+    ages::{self, PhaseSpread},
+    bag,
+    readings::OtherReadings,
+};
 use crate::summary::{self, was_late};
 use ratelab_recording::printable::in_line;
 

@@ -14,7 +14,7 @@ use std::{
     time::{SystemTime, UNIX_EPOCH},
 };
 
-use ratelab::Time;
+use ratelab::{ForwardedTimes, Time};
 use ratelab_experiment::Taps;
 use ratelab_metrics::RowTap;
 use ratelab_system::Joints;
@@ -233,8 +233,12 @@ impl Ros {
             // A stamp of ours is the time of a reading; any other is of an unknown clock.
             let origin = stamps.find(|known, _| *known == stamp);
             let at = inlet.check_sender(publishers.source(from.gid), seq)?;
-            let origin = origin.map(|(_, sensed)| sensed);
-            inlet.publish(&row, at, at, origin).map(drop)
+            let times = ForwardedTimes {
+                at,
+                stamp: at,
+                origin: origin.map(|(_, sensed)| sensed),
+            };
+            inlet.publish(&row, times).map(drop)
         })
     }
 }

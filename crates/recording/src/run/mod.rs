@@ -1,7 +1,6 @@
 //! A recorded run as a value: where it comes from, its rows, and how it ended; of any format.
 
 mod origin;
-mod other_runtime;
 mod recording;
 mod row;
 mod series;
@@ -10,7 +9,6 @@ pub use origin::{
     FORMAT, Origin, ProcessRecord, RecordedDurations, RecordingEnd, RunResult, RunStatus,
     VerdictRecord,
 };
-pub use other_runtime::OtherRun;
-pub use recording::{Recording, ThreadLog, end_of};
+pub use recording::{OtherRun, Recording, ThreadLog, end_of};
 pub use row::{ColumnForm, RecordColumn, RecordRow};
 pub use series::{RunRows, Series};

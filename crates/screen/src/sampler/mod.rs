@@ -16,7 +16,7 @@ use ratelab_experiment::{
 use ratelab_metrics::{LATELY, Rows, Snapshot};
 use ratelab_system::{AgeLimits, Setup, System, Verdict, depends_on_the_world, names, plant};
 
-use data::{marks, topic_data};
+use data::{Figures, marks, topic_data};
 use standing::RunMoment;
 
 use super::{
@@ -29,7 +29,6 @@ use super::{
     push_age::PushAges,
     run::{RunDigest, RunSource, WatchedRows, signal, signal_is_push_age},
 };
-use data::Figures;
 
 /// Duration of the light on a node after a tick (wall time).
 const LIT: Duration = Duration::from_millis(100);
