@@ -3,7 +3,7 @@
 use std::{collections::HashMap, io};
 
 use ratelab::{
-    Clock, ClockExit, ClockKind, Fault, Graph, Inbox, Time,
+    Clock, ClockExit, ClockKind, Fault, Graph, Inbox, RunError, Time,
     clock::{CoreClaim, ThreadGroup, Wait, note_end, obey_at_rest},
     journal::{End, Entry},
     sync::{Arc, spawn_named, thread},

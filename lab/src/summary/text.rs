@@ -130,7 +130,7 @@ fn push_age(system: &dyn System, summary: &Summary, age: MeanPushAge) -> String 
     };
     let first = system
         .latency()
-        .map(|(_, meter)| format!("; latency {meter} is the age when a push begins"));
+        .map(|(_, meter)| format!("; {meter}: age when a push begins"));
     let source = told.map(ages::data_of).unwrap_or_default();
     format!("mean {run}{p99}{late}{source}{}", first.unwrap_or_default())
 }

@@ -16,7 +16,7 @@ const MOMENTS: &[Moment] = &[
     // Step 1.
     ("", &["BALANCED so far", "sensor", "/obs", "policy", "/action"], None),
     ("", &["actuator", "● 50 Hz"], None),
-    ("", &["  0 dropped", "push age  10 ms of ?"], None),
+    ("", &["  0 dropped", "push age  10 ms, limit ?"], None),
     ("G", &["words", "messages per second"], None),
     ("\u{1b}", &["BALANCED so far"], Some("messages per second")),
     // Step 2.

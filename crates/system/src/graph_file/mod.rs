@@ -59,7 +59,7 @@ use ratelab::{Callback, Executor, Knob, Release, TimedKnob};
 
 use crate::{DataChain, Divider, FigureLimit};
 
-pub use change::{ChangeError, ChangedFile, KeyChange, changed};
+pub use change::{ChangeError, ChangedFile, KeyChange, changed, key_of};
 pub use error::GraphFileError;
 use error::{GraphRefusal, Placed, holds};
 pub use plant::{PLANT, PLANT_POLICIES, PlantSpec};

@@ -10,7 +10,7 @@ use ratelab_experiment::{
     advise::{AgeChange, Aim, changes, run_all},
     sweep::all_cores,
 };
-use ratelab_system::{DataChain, System, Unmatched};
+use ratelab_system::{DataChain, System, Unmatched, graph_file::key_of};
 
 use crate::{
     cli::AdviseArgs,
