@@ -389,3 +389,37 @@ impl Graph {
         self.schedule.set(index, slot, knob, at).map(Some)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::RunError;
+
+    fn talker(graph: &mut Graph, topic: &Topic<u8>) -> Result<(), GraphError> {
+        graph.node("talker", 10.0, 0, |wiring| {
+            let topic = wiring.publisher(topic);
+            move |tick: &mut Tick| tick.publish(&topic, 1)
+        })
+    }
+
+    #[test]
+    fn a_topic_is_in_one_graph() {
+        let topic = Topic::new("/a", Depth::ONE);
+        talker(&mut Graph::new(), &topic).expect("a graph");
+        let refused = talker(&mut Graph::new(), &topic).map_err(|why| why.to_string());
+        let why = "the topic \"/a\" is in another graph: make one for each graph";
+        assert_eq!(refused, Err(why.to_owned()));
+    }
+
+    #[test]
+    fn a_run_goes_on_to_a_later_end_and_never_back() {
+        let mut graph = Graph::new();
+        let topic = graph.topic("/a");
+        talker(&mut graph, &topic).expect("a graph");
+        graph.run_virtual(1.0).expect("a second");
+        graph.run_virtual(2.0).expect("another one");
+        let past = graph.run_virtual(0.5);
+        assert!(matches!(past, Err(RunError::Past { .. })), "{past:?}");
+        assert_eq!(graph.now(), Time::from_nanos(2_000_000_000));
+    }
+}

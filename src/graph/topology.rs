@@ -132,3 +132,34 @@ impl Topology {
         slowest / every
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_circle_of_triggers_has_no_rate_and_ends_the_search() {
+        let node = |name: &str, trigger| NodeTopology {
+            name: name.to_owned(),
+            priority: 0,
+            hz: Hz::MIN,
+            triggers: vec![trigger],
+            matching: Match::Each,
+            executor: None,
+            executor_index: None,
+            group: None,
+            meters: Vec::new(),
+        };
+        let topic = |name: &str, publisher, reader| TopicTopology {
+            name: name.to_owned(),
+            depth: Depth::ONE,
+            publishers: vec![publisher],
+            readers: vec![reader],
+        };
+        let topology = Topology {
+            nodes: vec![node("a", 1), node("b", 0)],
+            topics: vec![topic("/a", 0, 1), topic("/b", 1, 0)],
+        };
+        assert_eq!(topology.ticks_per_second(|_| Hz::MIN), [0.0, 0.0]);
+    }
+}

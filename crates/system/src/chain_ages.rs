@@ -205,3 +205,26 @@ pub(crate) fn peak(row: &[f64], chain: usize) -> f64 {
         .or(at(1))
         .unwrap_or(f64::NAN)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_first_output_at_the_end_of_the_run_has_its_age_and_no_gaps() {
+        let at = Time::from_nanos(1_000_000_000);
+        // At 1 s, after an age of 20 ms, of which nothing is measured yet.
+        let row = [1_000.0, f64::NAN, 20.0, f64::NAN, 20.0, 0.0, 0.0];
+        let limits = [(10, 0.0), (20, 1.0)];
+        for (limit, share) in limits {
+            let limit = Some(Duration::from_millis(limit));
+            let figures = ChainFigures::at(&row, 0, limit, at).expect("figures");
+            let expected = ChainFigures {
+                mean: 20.0,
+                greatest: 20.0,
+                share,
+            };
+            assert_eq!(figures, expected);
+        }
+    }
+}

@@ -294,3 +294,20 @@ fn merge(whole: &mut Table, change: Table) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::key_of;
+
+    #[test]
+    fn a_name_is_quoted_where_toml_would_read_another_key() {
+        for (name, key) in [
+            ("planner", "planner"),
+            ("arm_2-left", "arm_2-left"),
+            ("a.b", "\"a.b\""),
+            ("bär", "\"bär\""),
+        ] {
+            assert_eq!(key_of(name), key);
+        }
+    }
+}
