@@ -57,6 +57,7 @@ mod malformed_weights;
 mod matches;
 mod phases;
 mod plan_bars;
+mod plant_cascades;
 mod plant_motions;
 mod plants;
 mod policies;

@@ -125,6 +125,9 @@ const POLICY: Form = Text(r#""lqr", "hold", "zero" or the path of a policy, such
 /// What a policy of a plant sees.
 const TERMS: Form = List(r#"a list of terms, such as ["joints", "sensor gyro", "last-action"]"#);
 
+/// The joints of an inner loop.
+const JOINTS: Form = List(r#"a list of joints, such as ["pitch"]"#);
+
 /// What loses a run of a plant.
 const LOSSES: Form = List(r#"a list such as ["height torso < 0.8", "tilt torso > 45"]"#);
 
@@ -455,6 +458,17 @@ pub const SECTIONS: [FileSection; 9] = [
                 "rate",
                 Number(MOST_CLOCK_HZ),
                 "Ticks per second of sensor, policy and actuator (Hz) [default: 50]",
+            ),
+            optional(
+                "inner",
+                JOINTS,
+                "The joints that an inner loop holds: lqr's gains on them, in a node of their own with its \
+                 own sensor, added to the controls of the policy",
+            ),
+            optional(
+                "inner_rate",
+                Number(MOST_CLOCK_HZ),
+                "Ticks per second of the inner loop, and of the actuator (Hz) [default: 50]",
             ),
             optional(
                 "step_ms",

@@ -65,7 +65,7 @@ use crate::{DataChain, Divider, FigureLimit};
 pub use change::{ChangeError, ChangedFile, KeyChange, changed};
 pub use error::GraphFileError;
 use error::{GraphRefusal, Placed, holds};
-pub use plant::{PLANT, PLANT_POLICIES, PlantSpec};
+pub use plant::{InnerLoop, PLANT, PLANT_POLICIES, PlantSpec};
 pub use readings::{BagReading, doubted, readings};
 pub use system::GraphSystem;
 
