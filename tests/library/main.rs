@@ -58,6 +58,7 @@ mod matches;
 mod phases;
 mod plan_bars;
 mod plant_cascades;
+mod plant_chunks;
 mod plant_motions;
 mod plants;
 mod policies;

@@ -1,11 +1,13 @@
 //! Robots with an inner loop: two controllers that were one, and what each of them bears.
 
-use std::sync::Arc;
+use std::{fs, sync::Arc};
 
+use ratelab_experiment::Summary;
 use ratelab_plant::{BearableDelay, COMMAND, INNER_OBS, RobotPlant};
 use ratelab_system::{Setup, System, graph_file::GraphFile};
 
 use crate::{
+    clone::root,
     plants::{check_refused, fixture, folder, ill_refused, opened, text},
     support::*,
 };
@@ -16,51 +18,50 @@ fn quad(keys: &str) -> Arc<dyn System> {
     opened(folder(&fixture("quad")).path(), &text(&keys)).expect(&keys)
 }
 
-const INNER: &str = "inner = [\"pitch\"]\ninner_rate = 500";
-
 #[test]
 fn two_loops_at_one_rate_are_the_controller_that_they_were_split_from() {
     let [one, two] = ["", "inner = [\"pitch\"]"].map(|keys| {
         let run = run_of(quad(keys), &config("until 5; rate actuator 1000"));
         assert_eq!(run.verdict.name(), "stood", "{keys}");
-        run.state.expect("a state")
+        run.state
     });
     for (one, two) in one.iter().zip(&two) {
         assert!((one - two).abs() < 1e-9, "{one} {two}");
     }
 }
 
+/// The figures of the page: at most one start of ten is lost at the delay that a loop bears, and more a
+/// millisecond later; what theory says of it stands beside.
 #[test]
 fn an_outer_loop_bears_a_delay_that_loses_the_inner_one() {
-    for (topic, delay, verdict) in [
-        (COMMAND, 280, "stood"),
-        (COMMAND, 400, "lost_x"),
-        (INNER_OBS, 40, "stood"),
-        (INNER_OBS, 80, "lost_pitch"),
-    ] {
-        let setup = format!("until 10; rate actuator 1000; link {topic} delay:{delay}");
-        let run = run_of(quad(INNER), &config(&setup));
-        assert_eq!(run.verdict.name(), verdict, "{topic} {delay}");
+    let folder = root().join("graphs/robots");
+    let text = fs::read_to_string(folder.join("cascade.toml")).expect("the file");
+    let page = fs::read_to_string(root().join("docs/plants.md")).expect("the page");
+    let system = opened(&folder, &text).expect("a robot");
+    let file = GraphFile::parse(&text).expect("a file");
+    let robot = RobotPlant::load(&folder, file.plant().expect("a plant")).expect("a robot");
+    let cases = [
+        (INNER_OBS, 50, 46, "it bears 50 ms (46)", "lost_pitch"),
+        (COMMAND, 318, 274, "the outer one 318 (274)", "lost_z"),
+    ];
+    for (topic, bears, theory, told, lost_by) in cases {
+        assert!(page.contains(told), "{told}");
+        let known = robot.bearable_delay_of(topic, &Setup::default());
+        assert_eq!(known, Some(BearableDelay::Ms(theory)), "{topic}");
+        let lost = |ms: u64| -> Vec<Summary> {
+            let run = |seed: u64| {
+                let setup =
+                    format!("until 10; seed {seed}; rate actuator 1000; link {topic} delay:{ms}");
+                run_of(system.clone(), &config(&setup))
+            };
+            let runs = (0..10).map(run);
+            runs.filter(|summary| summary.verdict.is_lost()).collect()
+        };
+        assert!(lost(bears).len() <= 1, "{topic}");
+        let beyond = lost(bears + 1);
+        assert!(beyond.len() > 1, "{topic}");
+        assert_eq!(beyond[0].verdict.name(), lost_by, "{topic}");
     }
-}
-
-#[test]
-fn theory_knows_each_loop_of_a_cascade() {
-    let keys = format!("limits = {{ x = 1, z = 1 }}\n{INNER}");
-    let file = GraphFile::parse(&text(&keys)).expect("a file");
-    let robot = RobotPlant::load(
-        folder(&fixture("quad")).path(),
-        file.plant().expect("a plant"),
-    );
-    let robot = robot.expect("a robot");
-    let bears = |topic: &str| {
-        let delay = robot.bearable_delay_of(topic, &Setup::default());
-        delay.and_then(BearableDelay::ms).expect(topic)
-    };
-    let [outer, inner, both] = [COMMAND, INNER_OBS, "/action"].map(bears);
-    assert!((280.0..330.0).contains(&outer), "{outer}");
-    assert!((40.0..60.0).contains(&inner), "{inner}");
-    assert!((both - inner).abs() < 10.0, "{both} {inner}");
     assert_eq!(robot.bearable_delay_of("/obs", &Setup::default()), None);
 }
 

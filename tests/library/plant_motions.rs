@@ -291,7 +291,7 @@ fn the_table_of_robots_is_measured() {
             "{name}"
         );
     }
-    assert_eq!(rows, 5);
+    assert_eq!(rows, 6);
 }
 
 /// The figures of the page and of the file: over 60 m at most one start of ten is lost at the delay that is

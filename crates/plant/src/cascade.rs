@@ -49,9 +49,10 @@ impl Node for RobotInner {
         };
         let seen = self.target.seen(tick, &self.robot, &reading.data);
         // Before the first command it holds its joints alone.
-        let command = command.as_ref().map(|command| &*command.data.0);
-        let command = command.unwrap_or(&self.robot.at.controls);
-        let action = self.robot.fed_back(command, &self.gains, &seen.0);
+        let controls = command
+            .as_ref()
+            .map_or(&*self.robot.at.controls, |command| &command.data.0);
+        let action = self.robot.fed_back(controls, &self.gains, &seen.0);
         // The age of a push is that of the inner reading, whatever the age of the command.
         tick.publish_from(&self.actions, RobotRow(action.into()), &reading);
         Ok(Flow::Continue)

@@ -113,9 +113,9 @@ impl OpenLoop {
         if ways.iter().all(|way| way.modulus() < SMOOTH) {
             return Some(ways[0].im + ways[1].im);
         }
-        let halvings = halvings.checked_sub(1)?;
-        let first = self.turned([places[0], between], [values[0], value], late, halvings)?;
-        let second = self.turned([between, places[1]], [value, values[1]], late, halvings)?;
+        let left = halvings.checked_sub(1)?;
+        let first = self.turned([places[0], between], [values[0], value], late, left)?;
+        let second = self.turned([between, places[1]], [value, values[1]], late, left)?;
         Some(first + second)
     }
 

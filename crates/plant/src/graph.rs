@@ -1,6 +1,7 @@
-//! The graph of a run: sensor, policy and actuator around the robot, and an inner loop if there is one.
+//! The graph of a run: sensor, policy and actuator around the robot, and the inner loop of a cascade.
 
 use ratelab::{Tick, Topic, Wiring};
+use ratelab_policy::chunk::{ChunkNodes, ChunkPlanner, ChunkSettings};
 use ratelab_system::{BuildError, Builder, SharedWorld, graph_file::PLANT_POLICIES};
 
 use crate::{
@@ -12,6 +13,7 @@ use crate::{
         ACTION, ACTUATOR, NOISE, OBS, POLICY, RobotActuator, RobotPolicy, RobotSensor,
         SENSE_TO_ACT, SENSOR, STATE, SensorNoise,
     },
+    planned::{PlannedRobot, RobotCopy},
     system::setting,
     target::{RobotTarget, TARGET, TARGET_NODE, TargetReader},
     world::{FreeRobot, JUDGED_NS, RobotRow},
@@ -37,18 +39,16 @@ impl RobotPlant {
         self.sensor(builder, SENSOR, &plant, &readings)?;
         let readings = builder.through(&readings, 0)?;
         let targets = self.targets(builder)?;
-        let last = match &self.robot.spec.inner {
-            None => {
-                self.policy_node(builder, policy, targets, [&readings, &actions])?;
-                1
-            }
-            Some(_) => {
-                let commands = rows(builder, COMMAND, &controls);
-                self.policy_node(builder, policy, targets.clone(), [&readings, &commands])?;
-                self.inner(builder, &plant, targets, [&commands, &actions])?;
-                2
-            }
+        let commands = match &self.robot.spec.inner {
+            Some(_) => rows(builder, COMMAND, &controls),
+            None => actions.clone(),
         };
+        let mut last = self.policy_node(builder, policy, &targets, [&readings, &commands])?;
+        if self.robot.spec.inner.is_some() {
+            let commands = builder.through(&commands, last)?;
+            last += 1;
+            self.inner(builder, (&plant, last), targets, [&commands, &actions])?;
+        }
         let actions = builder.through(&actions, last)?;
         let robot = self.robot.clone();
         let hz = self.robot.rate_of(ACTUATOR);
@@ -92,19 +92,19 @@ impl RobotPlant {
     fn inner(
         &self,
         builder: &mut Builder<'_>,
-        plant: &SharedWorld<FreeRobot>,
+        (plant, priority): (&SharedWorld<FreeRobot>, u32),
         targets: Option<Topic<RobotRow>>,
         [commands, actions]: [&Topic<RobotRow>; 2],
     ) -> Result<(), BuildError> {
         let readings = rows(builder, INNER_OBS, &self.robot.state_names());
         self.sensor(builder, INNER_SENSOR, plant, &readings)?;
         let readings = builder.through(&readings, 0)?;
-        let commands = builder.through(commands, 1)?;
         let hz = self.rates(builder.setup()).policy;
         let [_, gains] = self.robot.split(&self.gains(hz).map_err(setting)?);
-        let (robot, actions) = (self.robot.clone(), actions.clone());
+        let robot = self.robot.clone();
+        let (commands, actions) = (commands.clone(), actions.clone());
         let rate = self.robot.rate_of(INNER);
-        builder.node(INNER, rate.get(), 2, move |wiring| RobotInner {
+        builder.node(INNER, rate.get(), priority, move |wiring| RobotInner {
             robot: robot.clone(),
             gains: gains.clone(),
             commands: wiring.subscription(&commands),
@@ -163,31 +163,72 @@ impl RobotPlant {
         Ok(FirstPolicy { name, law, maker })
     }
 
-    /// Adds the node that decides, between topics of readings and actions.
+    /// Adds the node that decides, between topics of readings and actions, with the player of its chunks;
+    /// returns the priority of the last of them.
     fn policy_node(
         &self,
         builder: &mut Builder<'_>,
         first: FirstPolicy,
-        targets: Option<Topic<RobotRow>>,
+        targets: &Option<Topic<RobotRow>>,
         [readings, actions]: [&Topic<RobotRow>; 2],
-    ) -> Result<(), BuildError> {
+    ) -> Result<u32, BuildError> {
+        let rate = self.robot.spec.rate;
+        if let Some(settings) = ChunkSettings::take(builder, self.robot.actions(), &[])? {
+            if targets.is_some() {
+                return Err(setting("chunk is for a robot whose reference stands still"));
+            }
+            let nodes = ChunkNodes {
+                settings,
+                names: self.robot.model.control_names(),
+                rate,
+                paced: "it plays an action in each period of the rate in the file",
+                observations: readings,
+                actions,
+            };
+            return self.planned(builder, first, nodes);
+        }
         let FirstPolicy { name, law, maker } = first;
         let (readings, actions) = (readings.clone(), actions.clone());
+        let read = targets.clone();
         let policy = move |wiring: &mut Wiring<'_>, law| RobotPolicy {
             law,
             first: name.clone(),
             maker: maker.clone(),
             readings: wiring.subscription(&readings),
             actions: wiring.publisher(&actions),
-            target: TargetReader(targets.as_ref().map(|targets| wiring.subscription(targets))),
+            target: TargetReader(read.as_ref().map(|targets| wiring.subscription(targets))),
         };
-        let rate = self.robot.spec.rate;
         match law {
             RobotLaw::Own(law) => builder.node(POLICY, rate.get(), 1, move |wiring| {
                 policy(wiring, RobotLaw::Own(law.clone()))
             }),
             law => builder.single_node(POLICY, rate.into(), 1, |wiring| policy(wiring, law)),
-        }
+        }?;
+        Ok(1)
+    }
+
+    /// Adds the nodes of a policy that answers with chunks.
+    fn planned(
+        &self,
+        builder: &mut Builder<'_>,
+        first: FirstPolicy,
+        nodes: ChunkNodes<'_, RobotRow, RobotRow>,
+    ) -> Result<u32, BuildError> {
+        let robot = &self.robot;
+        let model = RobotCopy {
+            plant: FreeRobot::new(robot.clone(), 0).map_err(setting)?,
+            steps: robot.steps_in(robot.spec.rate),
+        };
+        let none = robot.at.controls.iter().map(|control| *control as f32);
+        let planner = ChunkPlanner::new(&nodes.settings, model, none.collect());
+        let FirstPolicy { name, law, maker } = first;
+        let policy = PlannedRobot {
+            law,
+            first: name,
+            maker,
+        };
+        nodes.add(builder, policy, planner)?;
+        Ok(ChunkNodes::<RobotRow, RobotRow>::PRIORITY)
     }
 
     /// Returns what makes the policies of a run.

@@ -17,7 +17,7 @@ pub(crate) const LATE: [&str; 3] = [COMMAND, INNER_OBS, ACTION];
 /// The longest period of two loops that is looked at (steps of physics).
 const LONGEST: u64 = 100_000;
 
-/// The rates of the policy, and of an inner loop if there is one.
+/// The rates of the policy, and of an inner loop.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LoopRates {
     pub(crate) policy: Hz,

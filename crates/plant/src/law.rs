@@ -47,10 +47,12 @@ impl Robot {
     ) -> Vec<f64> {
         let state = self.state_in(reading);
         let deviation = self.deviation(state).unwrap_or_default();
-        let controls = controls.iter().zip(gains.row_iter()).map(|(at, gains)| {
-            let products = gains.iter().zip(&deviation).map(|(gain, x)| gain * x);
-            at - products.fold(0.0, |sum, product| sum + product)
-        });
-        controls.collect()
+        let pairs = controls.iter().zip(gains.row_iter());
+        pairs
+            .map(|(at, gains)| {
+                let products = gains.iter().zip(&deviation).map(|(gain, x)| gain * x);
+                at - products.fold(0.0, |sum, product| sum + product)
+            })
+            .collect()
     }
 }

@@ -34,6 +34,7 @@ mod model_error;
 mod motion;
 mod nodes;
 mod picture;
+mod planned;
 mod reach;
 mod reference;
 mod robot;

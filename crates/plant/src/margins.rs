@@ -22,12 +22,15 @@ impl RobotPlant {
     }
 
     /// Returns the greatest constant delay of `topic` that linear theory allows `lqr` in a run with
-    /// `setup`; `None` for a topic of another kind, and where the controller has no gains.
+    /// `setup`; `None` for a topic of another kind, with chunks, of which theory knows nothing, and where
+    /// the controller has no gains.
     pub fn bearable_delay_of(&self, topic: &str, setup: &Setup) -> Option<BearableDelay> {
-        self.bearable(topic, self.rates(setup))
+        let plans = self.chunks(setup).is_some();
+        (!plans).then(|| self.bearable(topic, self.rates(setup)))?
     }
 
-    fn bearable(&self, topic: &str, rates: LoopRates) -> Option<BearableDelay> {
+    /// Returns the greatest delay of `topic` that theory allows `lqr` at these rates.
+    pub(crate) fn bearable(&self, topic: &str, rates: LoopRates) -> Option<BearableDelay> {
         let late = LATE.iter().position(|known| *known == topic)?;
         let gains = self.gains(rates.policy).ok()?;
         self.robot.bearable(&gains, rates, late)

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use mujoco_rs::prelude::MjtObjBase;
 use nalgebra::DMatrix;
 use ratelab::{Chance, Hz};
+use ratelab_policy::chunk::ActionShape;
 use ratelab_system::{PlantRecord, graph_file::PlantSpec};
 
 use crate::{
@@ -137,6 +138,14 @@ impl Robot {
         let period = hz.period().as_nanos() as f64;
         let steps = (period / self.model.step_ns as f64).round_ties_even();
         steps.max(1.0) as u64
+    }
+
+    /// Returns what its actions are.
+    pub(crate) fn actions(&self) -> ActionShape {
+        ActionShape {
+            width: self.half.len(),
+            period: self.spec.rate.period(),
+        }
     }
 
     /// Returns the gains of the controller for a policy at `hz`; `None` where they cannot be

@@ -9,7 +9,10 @@ use std::{
 
 use nalgebra::DMatrix;
 use ratelab::{ClockExit, Hz, Knob, Time, sync::lock};
-use ratelab_policy::{PolicyContext, PolicyFile, PolicyFiles};
+use ratelab_policy::{
+    PolicyContext, PolicyFile, PolicyFiles,
+    chunk::{ChunkLoop, ChunkSettings, PLAYER},
+};
 use ratelab_system::{
     About, AgeLimits, Alias, BuildError, Builder, Group, Judge, Picture, PlantRecord, RobotInfo,
     RunTally, Setup, Signal, System, SystemKnobs, Verdict, VerdictKind, WORLD,
@@ -117,8 +120,13 @@ impl RobotPlant {
             node: node.to_owned(),
             hz,
         });
+        let chunk = spec.chunk.map(|count| Knob::Parameter {
+            node: POLICY.to_owned(),
+            name: ChunkSettings::CHUNK.to_owned(),
+            value: count.to_string(),
+        });
         Self {
-            settings: rates.chain([policy]).collect(),
+            settings: rates.chain([policy]).chain(chunk).collect(),
             robot: Arc::new(robot),
             verdicts,
             gains: Mutex::default(),
@@ -135,8 +143,8 @@ impl RobotPlant {
             return Ok(gains.clone());
         }
         let what = || format!("lqr has no gains at {hz}: try another rate");
-        let gains = self.robot.gains(hz);
-        let gains = gains.ok_or_else(|| PlantDefect::new("policy", what()))?;
+        let made = self.robot.gains(hz);
+        let gains = made.ok_or_else(|| PlantDefect::new("policy", what()))?;
         known.push((hz, gains.clone()));
         Ok(gains)
     }
@@ -158,8 +166,8 @@ impl RobotPlant {
     pub(crate) fn context(&self, seed: u64, setup: &Setup) -> PolicyContext {
         PolicyContext {
             seed,
-            control_hz: setup.rate(POLICY).unwrap_or(self.robot.spec.rate),
-            chunk: None,
+            control_hz: self.rates(setup).policy,
+            chunk: self.chunks(setup).map(|chunks| chunks.horizon.get()),
         }
     }
 
@@ -168,9 +176,34 @@ impl RobotPlant {
         let spec = &self.robot.spec;
         let inner = spec.inner.as_ref();
         LoopRates {
-            policy: setup.rate(POLICY).unwrap_or(spec.rate),
+            // A plan has an action for each tick of the player, however rarely it is made.
+            policy: setup
+                .rate(POLICY)
+                .filter(|_| self.chunks(setup).is_none())
+                .unwrap_or(spec.rate),
             inner: inner.map(|inner| setup.rate(INNER).unwrap_or(inner.rate)),
         }
+    }
+
+    /// Returns the mean age of pushes with the longest delay that theory allows; nothing where contacts
+    /// may open, which theory does not see.
+    fn age_limit(&self, setup: &Setup) -> Option<Duration> {
+        if !self.has_gains(setup) || self.robot.is_touching() {
+            return None;
+        }
+        let rates = self.rates(setup);
+        let half = rates.inner.unwrap_or(rates.policy).period() / 2;
+        match self.bearable(ACTION, rates)? {
+            BearableDelay::None => Some(half),
+            BearableDelay::Ms(ms) => Some(Duration::from_millis(ms) + half),
+            BearableDelay::Any => None,
+        }
+    }
+
+    /// Returns the settings of chunks in `setup`, if the policy answers with any.
+    pub(crate) fn chunks(&self, setup: &Setup) -> Option<ChunkSettings> {
+        let chunks = ChunkSettings::from_setup(setup, self.robot.actions());
+        chunks.ok().flatten()
     }
 
     /// Returns whether `lqr` decides in a run with `setup`.
@@ -229,6 +262,7 @@ impl System for RobotPlant {
             captions: &[
                 (SENSOR, "reads the plant"),
                 (POLICY, "decides"),
+                (PLAYER, "plays"),
                 (INNER_SENSOR, "reads the plant"),
                 (INNER, "adds its part"),
                 (ACTUATOR, "pushes"),
@@ -264,12 +298,24 @@ impl System for RobotPlant {
         if self.has_gains(setup) {
             warnings.extend(self.notes(self.rates(setup).policy));
         }
+        if let Some(chunks) = self.chunks(setup) {
+            let policy = setup.message(POLICY).unwrap_or(&robot.spec.policy);
+            let known = ChunkLoop {
+                is_program: file_of(POLICY, policy).is_some_and(|file| file.is_program),
+                bears: self.age_limit(setup),
+            };
+            warnings.extend(known.warnings(setup, &chunks));
+        }
         warnings
     }
 
     fn overloads(&self, setup: &Setup) -> Vec<String> {
+        let asked = self
+            .chunks(setup)
+            .is_some_and(|chunks| chunks.refill.is_some());
         let rates = self.robot.rates().into_iter();
         rates
+            .filter(|(node, _)| !(asked && *node == POLICY))
             .filter_map(|(node, hz)| overload(node, setup.rate(node).unwrap_or(hz), setup))
             .collect()
     }
@@ -308,27 +354,18 @@ impl Judge for RobotPlant {
         self.verdicts.clone()
     }
 
-    fn tally(&self, _: &Setup) -> Option<Box<dyn RunTally>> {
-        Some(Box::new(RobotTally::new(self.robot.clone())))
+    fn tally(&self, setup: &Setup) -> Option<Box<dyn RunTally>> {
+        let chunks = self.chunks(setup).is_some();
+        Some(Box::new(RobotTally::new(self.robot.clone(), chunks)))
     }
 
-    /// Returns the mean age of pushes with the longest delay that theory allows; nothing where
-    /// contacts may open, which theory does not see.
+    /// Returns the mean age of pushes with the longest delay that theory allows.
     fn age_limits(&self, setup: &Setup) -> AgeLimits {
-        let limit = || {
-            if !self.has_gains(setup) || self.robot.is_touching() {
-                return None;
-            }
-            let rates = self.rates(setup);
-            let half = rates.inner.unwrap_or(rates.policy).period() / 2;
-            match self.bearable_delay_of(ACTION, setup)? {
-                BearableDelay::None => Some(half),
-                BearableDelay::Ms(ms) => Some(Duration::from_millis(ms) + half),
-                BearableDelay::Any => None,
-            }
-        };
         AgeLimits {
-            grows: limit(),
+            // Theory knows nothing of plans.
+            grows: self
+                .age_limit(setup)
+                .filter(|_| self.chunks(setup).is_none()),
             ..AgeLimits::default()
         }
     }
@@ -376,7 +413,7 @@ impl SystemKnobs for RobotPlant {
         let pinned = self.files.pin(&file).and_then(|pinned| {
             // The node would refuse a policy that does not fit.
             pinned.policy(context, shape)?;
-            pinned.check_chunk(None, shape).map(|()| pinned)
+            pinned.check_chunk(context.chunk, shape).map(|()| pinned)
         });
         match pinned {
             Ok(pinned) => Ok(pinned.file().to_string()),
@@ -395,7 +432,16 @@ impl SystemKnobs for RobotPlant {
         })
     }
 
+    fn is_fixed(&self, knob: &Knob) -> bool {
+        matches!(knob, Knob::Parameter { node, name, .. } if ChunkSettings::FIXED.contains(&[&**node, &**name]))
+    }
+
     fn parameter(&self, [node, name]: [&str; 2], value: &str) -> Result<String, String> {
+        let chunks = ChunkSettings::PARAMETERS.into_iter();
+        let mut known = chunks.filter(|(of, known, _)| [*of, *known] == [node, name]);
+        if let Some((.., shortest)) = known.next() {
+            return shortest(value).map_err(|why| why.to_string());
+        }
         if [node, name] == [ACTUATOR, DISTURB] {
             let pushes = JointPushes::parse(&self.robot, value);
             return pushes.map_or_else(

@@ -103,7 +103,10 @@ impl ProgramPolicy {
             .ask(&protocol::line(&question), ready.limit)
             .and_then(|line| {
                 let size = match self.context.chunk.filter(|_| ready.chunks) {
-                    Some(actions) => AnswerSize::Chunk(actions),
+                    Some(actions) => AnswerSize::Chunk {
+                        actions,
+                        width: self.shape.acts,
+                    },
                     None => AnswerSize::from_shape(self.shape),
                 };
                 protocol::actions(&line, self.asked, size)

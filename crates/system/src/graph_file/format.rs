@@ -453,6 +453,11 @@ pub const SECTIONS: [FileSection; 9] = [
                 Figure,
                 "The factor from the outputs of a network to controls [default: 1]",
             ),
+            optional(
+                "chunk",
+                Whole(1000),
+                "Actions in an answer of the policy, each for a period of rate [default: 0, single ones]",
+            ),
             optional("lost", LOSSES, "What loses the run beside the limits"),
             optional(
                 "rate",
@@ -462,13 +467,12 @@ pub const SECTIONS: [FileSection; 9] = [
             optional(
                 "inner",
                 JOINTS,
-                "The joints that an inner loop holds: lqr's gains on them, in a node of their own with its \
-                 own sensor, added to the controls of the policy",
+                "Joints that an inner loop holds, with lqr's gains and a sensor of its own",
             ),
             optional(
                 "inner_rate",
                 Number(MOST_CLOCK_HZ),
-                "Ticks per second of the inner loop, and of the actuator (Hz) [default: 50]",
+                "Ticks per second of the inner loop and the actuator (Hz) [default: 50]",
             ),
             optional(
                 "step_ms",

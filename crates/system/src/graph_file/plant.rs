@@ -44,6 +44,8 @@ pub struct PlantSpec {
     pub observe: Vec<String>,
     /// The factor from outputs of a network to controls.
     pub action: f64,
+    /// The actions in an answer of the policy, if it answers with chunks.
+    pub chunk: Option<usize>,
     /// What loses a run beside the limits.
     pub lost: Vec<String>,
     /// The rate of sensor, policy and actuator.
@@ -93,6 +95,10 @@ impl PlantSpec {
                 .to_owned(),
             observe: texts(block, "observe"),
             action: action(block)?,
+            chunk: block
+                .text("chunk")
+                .map(|count| number(count) as usize)
+                .filter(|count| *count > 0),
             lost: texts(block, "lost"),
             rate: rate(block, "rate")?,
             inner: inner(block)?,
@@ -127,6 +133,7 @@ fn places(block: &Block) -> Vec<(&'static str, Vec<usize>)> {
         "policy",
         "observe",
         "action",
+        "chunk",
         "lost",
         "rate",
         "inner",
