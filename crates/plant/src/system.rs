@@ -11,11 +11,14 @@ use nalgebra::DMatrix;
 use ratelab::{ClockExit, Hz, Knob, Time, sync::lock};
 use ratelab_policy::{
     PolicyContext, PolicyFile, PolicyFiles,
-    chunk::{ChunkLoop, ChunkSettings, PLAYER},
+    chunk::{
+        ChunkLoop, ChunkSettings, PLAYER,
+        planning::{MERGED, PLANNED, PLAYED},
+    },
 };
 use ratelab_system::{
-    About, AgeLimits, Alias, BuildError, Builder, Group, Judge, Picture, PlantRecord, RobotInfo,
-    RunTally, Setup, Signal, System, SystemKnobs, Verdict, VerdictKind, WORLD,
+    About, AgeLimits, Alias, BuildError, Builder, Group, Judge, Picture, Planning, PlantRecord,
+    RobotInfo, RunTally, Setup, Signal, Spoiler, System, SystemKnobs, Verdict, VerdictKind, WORLD,
     graph_file::{PLANT, PLANT_POLICIES, PlantSpec},
     names::key,
     overload,
@@ -380,6 +383,14 @@ impl RobotInfo for RobotPlant {
         self.picture_from(0, state)
     }
 
+    fn planning(&self) -> Option<Planning> {
+        const SPOILERS: &[Spoiler] = &[MERGED, PLANNED, PLAYED];
+        let robot = &self.robot;
+        let (at, half) = (robot.at.controls.first()?, robot.half.first()?);
+        let most = at.abs() + half;
+        Some(robot.actions().planning((ACTION, most), SPOILERS))
+    }
+
     fn sides(&self) -> usize {
         RobotPainter::SIDES
     }
@@ -413,7 +424,11 @@ impl SystemKnobs for RobotPlant {
         let pinned = self.files.pin(&file).and_then(|pinned| {
             // The node would refuse a policy that does not fit.
             pinned.policy(context, shape)?;
-            pinned.check_chunk(context.chunk, shape).map(|()| pinned)
+            // Without chunks here a sweep, or the file, may still have them.
+            if context.chunk.is_some() {
+                pinned.check_chunk(context.chunk, shape)?;
+            }
+            Ok(pinned)
         });
         match pinned {
             Ok(pinned) => Ok(pinned.file().to_string()),

@@ -61,12 +61,12 @@ impl PlanBars {
         let mut bars = Self::default();
         let messages = |topic| rows(topic).into_iter().flat_map(Rows::iter);
         for (head, row) in messages(planning.plans) {
-            if let Some(plan) = (planning.plan)(head, row) {
+            if let Some(plan) = (planning.plan)(planning, head, row) {
                 bars.plan(head.seq, &plan);
             }
         }
         for (head, row) in messages(planning.steps) {
-            if let Some(step) = (planning.step)(row) {
+            if let Some(step) = (planning.step)(planning, row) {
                 bars.step(head.at, &step);
             }
         }

@@ -16,6 +16,7 @@ pub mod aliases;
 mod error;
 mod message;
 mod planner;
+pub mod planning;
 mod player;
 mod queue;
 mod settings;
