@@ -627,7 +627,7 @@ fn a_program_sees_the_terms_with_its_own_last_action_and_answers_with_controls()
     for (answers, why) in [
         (
             &["{\"ready\":\"chunks\"}"][..],
-            "a plant takes single actions",
+            "it answers with chunks: give --chunk H",
         ),
         (&[ready, "{\"id\":1,\"action\":[0,1]}"], ""),
     ] {

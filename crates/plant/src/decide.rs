@@ -195,7 +195,7 @@ impl crate::robot::Robot {
     /// another amount of numbers.
     fn observed(&self, reading: &[f64], last: &[f64]) -> Option<Vec<f64>> {
         if self.terms.is_empty() {
-            return Some(reading.to_vec());
+            return Some(self.state_in(reading).to_vec());
         }
         let terms = reading.get(self.model.state_size()..)?;
         self.terms.whole(terms, last)

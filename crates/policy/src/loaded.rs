@@ -105,8 +105,7 @@ impl LoadedFile {
         let wants = match (chunk, shape.acts) {
             (chunk, Some(controls))
                 if chooses != Some(true)
-                    && [1, chunk.unwrap_or(1)].contains(&(actions / controls))
-                    && actions % controls == 0 =>
+                    && [controls, chunk.unwrap_or(1) * controls].contains(&actions) =>
             {
                 return Ok(());
             }
@@ -115,7 +114,7 @@ impl LoadedFile {
             {
                 let length = actions / controls;
                 return Err(self.unfit(format!(
-                    "its answers are {actions} numbers, and the robot has {controls} controls: give \
+                    "its answers are {actions} numbers, and an action of the robot has {controls}: give \
                      --chunk {length} if they are the next {length} actions"
                 )));
             }

@@ -130,10 +130,8 @@ impl RowPolicy for ProgramPolicy {
         let greeting = Greeting::new(self.context, self.shape);
         let mut process = PolicyProcess::start(&self.file.path)?;
         let ready = Ready::read(&process.ask(&protocol::line(&greeting), protocol::START)?)?;
-        match (ready.chunks, self.context.chunk, self.shape.acts) {
-            (true, None, None) => return Err(ProgramError::Chunks.into()),
-            (true, None, Some(_)) => return Err(ProgramError::SingleActions.into()),
-            _ => {}
+        if ready.chunks && self.context.chunk.is_none() {
+            return Err(ProgramError::Chunks.into());
         }
         self.running = Some((process, ready));
         Ok(())
