@@ -57,6 +57,8 @@ mod malformed_weights;
 mod matches;
 mod phases;
 mod plan_bars;
+mod plant_cascades;
+mod plant_chunks;
 mod plant_motions;
 mod plants;
 mod policies;

@@ -7,7 +7,7 @@ use ratelab_plant::{BearableDelay, RobotPlant};
 use ratelab_system::{FigureValue, KnobText, System};
 
 use crate::{
-    plants::{check_refused, fixture, folder, ill_refused, opened, text},
+    plants::{check_refused, fixture, folder, ill_refused, opened, run_with_program, text},
     support::*,
 };
 
@@ -237,6 +237,33 @@ fn the_error_of_a_site_is_its_speed_times_the_age_of_its_target() {
     );
 }
 
+/// A policy that is shown a target follows it, with no more than the state and the target.
+#[cfg(unix)]
+#[test]
+fn a_policy_in_a_file_may_be_shown_the_target() {
+    let folder = folder(&fixture("reacher"));
+    let keys = "start = 0\nreference = [\"shoulder step 0.25 0\", \"elbow step 0.5 0\"]
+        observe = [\"target elbow\", \"target shoulder * 2\"]";
+    let answer = |id: u8| format!("{{\"id\":{id},\"action\":[0,0]}}");
+    let answers = [
+        "{\"ready\":\"actions\"}".to_owned(),
+        answer(1),
+        answer(2),
+        answer(3),
+    ];
+    let answers = answers.each_ref().map(String::as_str);
+    let (_, asked) = run_with_program(&folder, keys, &answers);
+    assert!(
+        asked[1].ends_with("\"observation\":[0.5,0.5]}"),
+        "{asked:?}"
+    );
+    let unknown = (
+        "observe = [\"target wrist\"]",
+        "no hinge or slide \"wrist\": there are shoulder, elbow",
+    );
+    check_refused([ill_refused(folder.path(), unknown.0, unknown.0, unknown.1)].into_iter());
+}
+
 /// Every row of the table of robots, with its numbers as `margins` finds them: nine of ten starts stand at
 /// the delay that is borne, and fewer a millisecond later.
 #[test]
@@ -291,7 +318,7 @@ fn the_table_of_robots_is_measured() {
             "{name}"
         );
     }
-    assert_eq!(rows, 5);
+    assert_eq!(rows, 6);
 }
 
 /// The figures of the page and of the file: over 60 m at most one start of ten is lost at the delay that is

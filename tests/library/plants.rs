@@ -77,6 +77,40 @@ fn the_controller_of_the_cart_poles_own_model_bears_what_its_theory_says() {
 }
 
 #[test]
+fn theory_of_a_loop_alone_is_that_of_each_delay_up_to_it() {
+    let delay = |robot: &RobotPlant, rate: f64| {
+        let bears = robot.bearable_delay(Hz::new(rate).expect("a rate"));
+        bears.expect("gains")
+    };
+    for (name, at_50_hz) in [
+        ("double", 19),
+        ("pendulum", 178),
+        ("quad", 37),
+        ("reacher", 38),
+    ] {
+        let start = if name == "double" {
+            "limits = { slider = 1, low = 0.2, high = 0.2 }"
+        } else {
+            ""
+        };
+        let robot = plant(&fixture(name), start);
+        assert_eq!(delay(&robot, 50.0), BearableDelay::Ms(at_50_hz), "{name}");
+    }
+    // Nothing in it grows that has a limit: a thousand delays, in a moment.
+    let limits = "limits = { x = inf, y = 1.75, yaw = inf, hitch = 0.8, steer = inf }";
+    assert_eq!(
+        delay(&plant(&fixture("trailer"), limits), 50.0),
+        BearableDelay::Any
+    );
+    // Without feedback it grows at once.
+    let falls = plant(&fixture("double"), "limits = { \"*\" = 1e9 }");
+    assert!(matches!(
+        delay(&falls, 1.0),
+        BearableDelay::None | BearableDelay::Ms(_)
+    ));
+}
+
+#[test]
 fn a_recorded_robot_runs_as_the_one_of_the_file_without_it() {
     let folder = folder(&fixture("double"));
     let text = text("start = 0.05");
@@ -444,7 +478,7 @@ fn numbers_of_a_robot_have_names_and_units() {
 }
 
 /// What a run of a graph file publishes on a topic, and its summary.
-fn published(folder: &TempDir, keys: &str, topic: &str) -> (Vec<Vec<f64>>, Summary) {
+pub fn published(folder: &TempDir, keys: &str, topic: &str) -> (Vec<Vec<f64>>, Summary) {
     let system = opened(folder.path(), &text(keys)).expect(keys);
     let experiment = Experiment::new(system, &config("until 1")).expect(keys);
     let tap = experiment.taps().rows(topic, 1_000).expect(topic);
@@ -544,7 +578,7 @@ fn a_rule_loses_a_run_that_all_limits_allow() {
 }
 
 /// A program beside a robot that gives these answers, and what it was asked.
-fn run_with_program(folder: &TempDir, keys: &str, answers: &[&str]) -> (String, Vec<String>) {
+pub fn run_with_program(folder: &TempDir, keys: &str, answers: &[&str]) -> (String, Vec<String>) {
     let script = root().join("tests/fixtures/policies/says.sh");
     std::os::unix::fs::symlink(script, folder.path().join("policy")).expect("a link");
     let says = answers.join("\n") + "\n";
@@ -593,7 +627,7 @@ fn a_program_sees_the_terms_with_its_own_last_action_and_answers_with_controls()
     for (answers, why) in [
         (
             &["{\"ready\":\"chunks\"}"][..],
-            "a plant takes single actions",
+            "it answers with chunks: give --chunk H",
         ),
         (&[ready, "{\"id\":1,\"action\":[0,1]}"], ""),
     ] {

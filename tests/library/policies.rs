@@ -193,6 +193,35 @@ fn safetensors(folder: &Path, tensors: &str) -> String {
 }
 
 #[test]
+fn statistics_of_a_known_normaliser_are_used_and_others_refused() {
+    let folder = TempDir::new().expect("folder");
+    let actor = "actor.0.weight 1x5 0.25;actor.0.bias 1 0.5";
+    let statistics = "NORM._mean 1x5 0.5;NORM._std 1x5 1.99;NORM._var 1x5 9;NORM.count 1 100";
+    let [plain, normalised] = ["", statistics].map(|statistics| {
+        let named = statistics.replace("NORM", "actor_obs_normalizer");
+        answers(&safetensors(folder.path(), &format!("{actor};{named}")))
+    });
+    // Each number less a half, by two: the sum of five is less by 2.5.
+    let expected = plain
+        .iter()
+        .map(|sum| 0.25 * ((f64::from(*sum) - 0.5) / 0.25 - 2.5) / 2.0 + 0.5);
+    let worst = apart(&normalised, expected);
+    assert!(worst < 1e-6, "{worst:e}");
+    for [changed, found] in rows(
+        "NORM.count 1 100 → x 1 100             | \"obs._mean\" (it looks like a normaliser)
+         NORM._std 1x5 1.99 → NORM._std 1x4 1    | expected 5 finite numbers in \"obs._std\"
+         NORM._std 1x5 1.99 → NORM._std 1x5 NaN  | expected 5 finite numbers in \"obs._std\"
+         NORM._std 1x5 1.99 → NORM._std 1x5 -1   | expected deviations in \"obs._std\"
+         NORM._mean 1x5 0.5 → NORM._mean 1x5 inf | expected 5 finite numbers in \"obs._mean\"",
+    ) {
+        let (before, after) = changed.split_once(" → ").expect("a change");
+        let named = statistics.replace(before, after).replace("NORM", "obs");
+        let error = refusal(&safetensors(folder.path(), &format!("{actor};{named}")));
+        assert!(error.contains(&found), "{changed}: {error}");
+    }
+}
+
+#[test]
 fn tensors_that_are_no_actor_for_this_robot_are_refused_by_name() {
     let folder = TempDir::new().expect("folder");
     for [tensors, found] in rows(

@@ -1,14 +1,11 @@
 //! The cart-pole's own names for knobs, which are options of the command too.
 
 use ratelab::KnobKind;
+use ratelab_policy::chunk::aliases as chunks;
 use ratelab_system::Alias;
 use strum::VariantNames;
 
-use super::{
-    ACTION, ACTUATOR, DISTURB, OBS, OBSERVE, POLICY, SENSOR,
-    chunk::{PlanKind, PlayKind},
-    policy::PolicyKind,
-};
+use super::{ACTION, ACTUATOR, DISTURB, OBS, OBSERVE, POLICY, SENSOR, policy::PolicyKind};
 
 /// The names, in the order of the help.
 pub(crate) const ALIASES: &[Alias] = &[
@@ -68,20 +65,8 @@ pub(crate) const ALIASES: &[Alias] = &[
         choices: &[],
         help: "The number of actions in an answer of the policy, 20 ms each",
     },
-    Alias {
-        name: "plan",
-        knobs: &[(KnobKind::Parameter, "policy plan")],
-        default: "rollout",
-        choices: PlanKind::VARIANTS,
-        help: "What a chunk is planned by: hold the action, a rollout of the model, or one with the actions that are committed",
-    },
-    Alias {
-        name: "expect-delay",
-        knobs: &[(KnobKind::Parameter, "policy expect-delay")],
-        default: "last",
-        choices: &["last", "max"],
-        help: "The delay of its answer that the policy plans for (ms): 120, last, max, or last+20",
-    },
+    chunks::PLAN,
+    chunks::EXPECT_DELAY,
     Alias {
         name: "model",
         knobs: &[(KnobKind::Parameter, "policy model")],
@@ -89,27 +74,9 @@ pub(crate) const ALIASES: &[Alias] = &[
         choices: &[],
         help: "The policy's model of the plant: length:F, with a pole F times as long",
     },
-    Alias {
-        name: "play",
-        knobs: &[(KnobKind::Parameter, "player play")],
-        default: "time",
-        choices: PlayKind::VARIANTS,
-        help: "Which action of a chunk is played: by the time since the reading, by that since its arrival, or by the number of actions executed since",
-    },
-    Alias {
-        name: "merge",
-        knobs: &[(KnobKind::Parameter, "player merge")],
-        default: "newest",
-        choices: &["newest", "blend:0.7", "ensemble:0.01"],
-        help: "What is played where chunks overlap: the newest, blend:W or ensemble:M",
-    },
-    Alias {
-        name: "refill",
-        knobs: &[(KnobKind::Parameter, "player refill")],
-        default: "none",
-        choices: &[],
-        help: "The policy ticks on request: when this share of a chunk is left (0 to 1)",
-    },
+    chunks::PLAY,
+    chunks::MERGE,
+    chunks::REFILL,
     Alias {
         name: DISTURB,
         knobs: &[(KnobKind::Parameter, "actuator disturb")],

@@ -2,43 +2,15 @@
 
 use std::fmt;
 
+use ratelab_policy::chunk::ChunkError;
 use thiserror::Error;
 
 /// An invalid text of a setting; each variant has the text.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum ParameterError {
-    /// The number of actions in a chunk.
-    #[error("{text:?} is not a chunk: expected 1 to {max} actions, or none")]
-    Chunk {
-        /// The text.
-        text: String,
-        /// The longest chunk.
-        max: usize,
-    },
-    /// One of a list of names.
-    #[error("{text:?} is not a {what}: expected {expected}")]
-    Name {
-        /// The text.
-        text: String,
-        /// What the names are of.
-        what: &'static str,
-        /// The names.
-        expected: String,
-    },
-    /// What happens where chunks overlap.
-    #[error(
-        "{text:?} is not a way to merge: expected newest, blend:W with a weight of 0 to 1, or \
-         ensemble:M with a decay of 0 to {max_decay}"
-    )]
-    Merge {
-        /// The text.
-        text: String,
-        /// The greatest decay.
-        max_decay: String,
-    },
-    /// The delay that a policy plans for.
-    #[error("{0:?} is not an expected delay: expected milliseconds, last, max, last+MS or max+MS")]
-    ExpectedDelay(String),
+    /// A setting of chunks.
+    #[error(transparent)]
+    Chunk(#[from] ChunkError),
     /// The model of a plan.
     #[error(
         "{text:?} is not a model: expected length:F, the pole's length as a multiple of the plant's, \
@@ -52,9 +24,6 @@ pub enum ParameterError {
         /// The greatest factor.
         max: String,
     },
-    /// When the player asks for the next chunk.
-    #[error("{0:?} is not a share of a chunk: expected 0 to 1, or none")]
-    Refill(String),
     /// What happens with a stale action.
     #[error("{0:?} is not a setting for stale actions: expected hold or zero:MS, such as zero:50")]
     OnStale(String),

@@ -5,6 +5,7 @@ use std::{fmt::Display, path::PathBuf, str::FromStr};
 use ratelab::{ClockExit, Hz, Knob, Tick, Time};
 use ratelab_experiment::Config;
 use ratelab_metrics::Fields;
+use ratelab_policy::chunk::{ChunkLoop, ChunkSettings, ChunkTally, PLAYER};
 use ratelab_system::{
     About, AgeLimits, Alias, BuildError, Builder, Final, Group, Joints, Judge, KnobText,
     KnobTextError, Picture, Planning, QuadraticCost, RobotInfo, RunTally, Setup, Signal,
@@ -16,7 +17,7 @@ use super::{
     POLE_LIMIT_RAD, POLICY, ParameterError, Plant, Pose, SENSE_TO_ACT, SENSOR, SIMILAR,
     SharedPlant, SimilarReadings, actuator_hz,
     aliases::ALIASES,
-    chunk::{ChunkSettings, ChunkTally, FIXED, PLANNING, PLAYER, PlanKind, warnings},
+    chunk::{CartChunks, MODEL, ModelError, PLANNING, PlanKind},
     in_words, mujoco_version, picture,
     plant::Newtons,
     policy::{
@@ -134,7 +135,8 @@ fn terms(setup: &Setup) -> CartTerms {
 
 /// Returns the settings of chunks in `setup`, if the policy answers with any.
 fn chunks(setup: &Setup) -> Option<ChunkSettings> {
-    ChunkSettings::from_setup(setup).ok().flatten()
+    let chunks = CartChunks::from_setup(setup).ok().flatten();
+    chunks.map(|chunks| chunks.settings)
 }
 
 /// Returns the shortest form of a setting.
@@ -223,12 +225,18 @@ impl System for CartPole {
     }
 
     fn warnings(&self, setup: &Setup) -> Vec<String> {
-        let bears = || {
-            let policy = setup.message(POLICY).unwrap_or(PolicyKind::Scripted.name());
-            let [_, constant] = falls(&policy.parse().ok()?, actuator_hz())?;
-            Some(constant)
+        let Some(settings) = chunks(setup) else {
+            return Vec::new();
         };
-        chunks(setup).map_or_else(Vec::new, |settings| warnings(setup, &settings, bears()))
+        let policy = setup.message(POLICY).unwrap_or(PolicyKind::Scripted.name());
+        let policy: Option<PolicySpec> = policy.parse().ok();
+        let known = ChunkLoop {
+            is_program: policy.as_ref().is_some_and(PolicySpec::is_program),
+            bears: policy
+                .and_then(|policy| falls(&policy, actuator_hz()))
+                .map(|[_, constant]| constant),
+        };
+        known.warnings(setup, &settings)
     }
 
     fn overloads(&self, setup: &Setup) -> Vec<String> {
@@ -281,7 +289,7 @@ impl Judge for CartPole {
 
     fn tally(&self, setup: &Setup) -> Option<Box<dyn RunTally>> {
         chunks(setup)?;
-        Some(Box::new(ChunkTally::default()))
+        Some(Box::new(ChunkTally::new(1)))
     }
 
     fn quadratic_cost(&self) -> Option<QuadraticCost> {
@@ -360,7 +368,12 @@ impl SystemKnobs for CartPole {
     }
 
     fn is_fixed(&self, knob: &Knob) -> bool {
-        matches!(knob, Knob::Parameter { node, name, .. } if FIXED.contains(&[&**node, &**name]) || [&**node, &**name] == [POLICY, OBSERVE])
+        let Knob::Parameter { node, name, .. } = knob else {
+            return false;
+        };
+        let own = [[POLICY, MODEL], [POLICY, OBSERVE]];
+        let mut fixed = ChunkSettings::FIXED.into_iter().chain(own);
+        fixed.any(|fixed| fixed == [&**node, &**name])
     }
 
     /// Pins a policy's file to its current content.
@@ -400,6 +413,7 @@ impl SystemKnobs for CartPole {
         match (node, name, known) {
             (ACTUATOR, DISTURB, _) => shortest::<Newtons>(value),
             (POLICY, OBSERVE, _) => shortest::<CartTerms>(value),
+            (POLICY, MODEL, _) => shortest::<ModelError>(value),
             (SENSOR, SIMILAR, _) => SimilarReadings::parse(value)
                 .map(|similar| similar.norm().to_string())
                 .map_err(in_words),

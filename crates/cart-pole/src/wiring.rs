@@ -1,16 +1,13 @@
 //! The graph: sensor, policy and actuator, and the player of a policy that answers with chunks.
 
-use ratelab::{Depth, KnobKind, Match, Topic};
+use ratelab::{KnobKind, Topic};
+use ratelab_policy::chunk::{ChunkNodes, ChunkPlanner};
 use ratelab_system::{BuildError, Builder, SharedWorld};
 
 use super::{
     ACTUATOR, Action, Actuator, CONTROL_HZ, CartPlant, ControlStep, Observation, POLICY,
-    PolicyNode, SENSOR, SIMILAR, Sensor, SimilarReadings, actuator_hz,
-    chunk::{
-        CHUNK, Chunk, ChunkPlanner, ChunkPolicy, ChunkSettings, PLAYER, PLAYER_STEP, Player,
-        REQUEST,
-    },
-    policy::Policy,
+    PolicyNode, SENSOR, SIMILAR, Sensor, SimilarReadings, actuator_hz, body::Body,
+    chunk::CartChunks, policy::Policy,
 };
 
 /// The topics between the nodes.
@@ -42,7 +39,7 @@ impl Topics {
             similar,
         })?;
         let observations = builder.through(&self.observations, 0)?;
-        let last = match self.chunks(builder)? {
+        let last = match CartChunks::take(builder)? {
             Some(chunks) => self.with_chunks(builder, policy, &observations, chunks)?,
             None => {
                 builder.single_node(POLICY, actuator_hz().into(), 1, |wiring| PolicyNode {
@@ -69,68 +66,28 @@ impl Topics {
         })
     }
 
-    /// Returns the settings of chunks, if the policy answers with any.
-    fn chunks(&self, builder: &mut Builder<'_>) -> Result<Option<ChunkSettings>, BuildError> {
-        let mut set = Vec::new();
-        for (node, name, _) in ChunkSettings::PARAMETERS {
-            set.extend(builder.parameter(node, name).map(|_| name));
-        }
-        match set.first() {
-            Some(name) if !set.contains(&ChunkSettings::CHUNK) => {
-                Err(BuildError::Setting(format!(
-                    "--{name} is for a policy that answers with chunks: give --chunk H as well"
-                )))
-            }
-            _ => ChunkSettings::from_setup(builder.setup()).map_err(setting_error),
-        }
-    }
-
     /// Adds a policy that answers with chunks, and their player; returns its priority.
     fn with_chunks(
         &self,
         builder: &mut Builder<'_>,
         policy: Box<dyn Policy>,
         observations: &Topic<Observation>,
-        settings: ChunkSettings,
+        chunks: CartChunks,
     ) -> Result<u32, BuildError> {
-        if settings.refill.is_some() && builder.setup().rate(POLICY).is_some() {
-            return Err(setting_error(NO_RATE));
-        }
-        let depth = Depth::new(Chunk::DEPTH).unwrap_or(Depth::MAX);
-        let chunks = Topic::new(CHUNK, builder.setup().depth(CHUNK).unwrap_or(depth));
-        builder.record_as(chunks.clone(), Chunk::names(settings.horizon));
-        let planner = ChunkPlanner::new(&settings).map_err(other)?;
-        let (requests, release) = match settings.refill {
-            Some(_) => (builder.topic(REQUEST), Match::Each.into()),
-            None => (builder.internal_topic(REQUEST), actuator_hz().into()),
+        let model = Body::model(chunks.model.length).map_err(other)?;
+        let nodes = ChunkNodes {
+            settings: chunks.settings,
+            names: vec!["action (share of 10 N)".to_owned()],
+            rate: actuator_hz(),
+            paced: "it plays an action every 20 ms",
+            observations,
+            actions: &self.actions,
         };
-        builder.single_node(POLICY, release, 1, |wiring| ChunkPolicy {
-            policy,
-            planner,
-            last_tick: wiring.last_tick(),
-            observations: wiring.subscription(observations),
-            chunks: wiring.publisher(&chunks),
-            requests: settings.refill.map(|_| wiring.trigger(&requests)),
-        })?;
-        let steps = builder.topic(PLAYER_STEP);
-        let chunks = builder.through(&chunks, 1)?;
-        builder.single_node(PLAYER, actuator_hz().into(), 2, |wiring| {
-            wiring.fix([KnobKind::Rate], "it plays an action every 20 ms");
-            Player::new(
-                &settings,
-                wiring.subscription(&chunks),
-                wiring.publisher(&self.actions),
-                wiring.publisher(&steps),
-                settings.refill.map(|_| wiring.publisher(&requests)),
-            )
-        })?;
-        Ok(2)
+        let planner = ChunkPlanner::new(&chunks.settings, model, vec![0.0]);
+        nodes.add(builder, policy, planner)?;
+        Ok(ChunkNodes::<Observation, Action>::PRIORITY)
     }
 }
-
-/// Why a policy that ticks on request refuses a rate.
-const NO_RATE: &str = "refill and control-hz exclude each other: with a refill the policy ticks on \
-                       request, and has no rate; leave one of them out";
 
 /// Returns an invalid setting.
 pub(crate) fn setting_error(error: impl std::fmt::Display) -> BuildError {

@@ -1,6 +1,7 @@
 //! A plant's own names for knobs, which are options of the command too.
 
 use ratelab::KnobKind::{Depth, Parameter, Rate, Send, Takes};
+use ratelab_policy::chunk::aliases as chunks;
 use ratelab_system::{Alias, graph_file::PLANT_POLICIES};
 
 use crate::disturbance::DISTURB;
@@ -50,6 +51,18 @@ pub(crate) const ALIASES: &[Alias] = &[
         choices: &[],
         help: "The time that the policy takes to decide (ms): 30, 60..110, lognormal:30,90, recorded:FILE, file:CSV or drawn:CSV",
     },
+    Alias {
+        name: "chunk",
+        knobs: &[(Parameter, "policy chunk")],
+        default: "none",
+        choices: &[],
+        help: "The number of actions in an answer of the policy, each for a period of the rate in the file",
+    },
+    chunks::PLAN,
+    chunks::EXPECT_DELAY,
+    chunks::PLAY,
+    chunks::MERGE,
+    chunks::REFILL,
     Alias {
         name: NOISE,
         knobs: &[(Parameter, "sensor noise")],

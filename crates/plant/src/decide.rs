@@ -4,7 +4,8 @@ use std::{error::Error, sync::Arc, time::Duration};
 
 use ratelab::NodeError;
 use ratelab_policy::{
-    Moment, PolicyContext, PolicyError, PolicyFault, PolicyFile, PolicyFiles, RowPolicy, RowShape,
+    AnswerKind, Moment, PolicyContext, PolicyError, PolicyFault, PolicyFile, PolicyFiles,
+    RowPolicy, RowShape,
 };
 use ratelab_system::{RecordedAnswers, graph_file::PLANT_POLICIES};
 use thiserror::Error;
@@ -80,9 +81,9 @@ pub(crate) struct FileLaw {
 /// A policy answered with something else than a control.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("the {policy} policy answered {answer}: a control must be finite")]
-struct NoControl {
-    policy: String,
-    answer: f64,
+pub(crate) struct NoControl {
+    pub(crate) policy: String,
+    pub(crate) answer: f64,
 }
 
 impl RobotLaw {
@@ -91,6 +92,38 @@ impl RobotLaw {
         match self {
             Self::Own(law) => law.name().to_owned(),
             Self::File(law) => law.file.to_string(),
+        }
+    }
+
+    /// Returns what its answers are.
+    pub(crate) fn kind(&self) -> AnswerKind {
+        match self {
+            Self::Own(_) => AnswerKind::Action,
+            Self::File(law) => law.rows.kind(),
+        }
+    }
+
+    /// Hears of the tick in which it will be asked.
+    pub(crate) fn begin(&mut self, moment: Moment) {
+        if let Self::File(law) = self {
+            law.rows.begin(moment);
+        }
+    }
+
+    /// Returns the controls for a reading of `robot`: of a chunk one after the other, of a policy that
+    /// has died none.
+    pub(crate) fn answer(&mut self, robot: &SharedRobot, reading: &[f64]) -> Vec<f64> {
+        match self {
+            Self::Own(law) => law.controls(robot, reading),
+            Self::File(law) => law.answer(reading),
+        }
+    }
+
+    /// Returns why it has died in this tick, if it has.
+    pub(crate) fn crash(&mut self) -> Option<String> {
+        match self {
+            Self::Own(_) => None,
+            Self::File(law) => law.rows.crash(),
         }
     }
 
@@ -105,42 +138,42 @@ impl RobotLaw {
         reading: &[f64],
         moment: Moment,
     ) -> Result<Vec<f64>, NodeError> {
-        match self {
-            Self::Own(law) => Ok(law.controls(robot, reading)),
-            Self::File(law) => law.controls(reading, moment),
+        self.begin(moment);
+        let controls = self.answer(robot, reading);
+        if let Some(why) = self.crash() {
+            return Err(ratelab::NodeCrash(why).into());
+        }
+        match controls.iter().find(|number| !number.is_finite()) {
+            Some(answer) => Err(NoControl {
+                policy: self.name(),
+                answer: *answer,
+            }
+            .into()),
+            None => Ok(controls),
         }
     }
 }
 
 impl FileLaw {
-    fn controls(&mut self, reading: &[f64], moment: Moment) -> Result<Vec<f64>, NodeError> {
+    fn answer(&mut self, reading: &[f64]) -> Vec<f64> {
         let robot = &self.robot;
-        self.rows.begin(moment);
         let answer = match robot.observed(reading, &self.last) {
             Some(observation) => self.rows.answer(&observation).to_vec(),
             None => Vec::new(),
         };
-        if let Some(why) = self.rows.crash() {
-            return Err(ratelab::NodeCrash(why).into());
-        }
-        if let Some(answer) = answer.iter().find(|number| !number.is_finite()) {
-            return Err(NoControl {
-                policy: self.file.name().to_owned(),
-                answer: *answer,
-            }
-            .into());
-        }
         let controls = if self.file.is_program {
             answer.clone()
         } else {
-            answer
-                .iter()
-                .zip(&robot.given.controls)
+            let given = robot.given.controls.iter().cycle();
+            let pairs = answer.iter().zip(given);
+            pairs
                 .map(|(output, given)| given + robot.spec.action * output)
                 .collect()
         };
+        // Of a chunk the first action.
         self.last = answer;
-        Ok(controls)
+        self.last.resize(robot.half.len(), 0.0);
+        controls
     }
 }
 
@@ -162,7 +195,7 @@ impl crate::robot::Robot {
     /// another amount of numbers.
     fn observed(&self, reading: &[f64], last: &[f64]) -> Option<Vec<f64>> {
         if self.terms.is_empty() {
-            return Some(reading.to_vec());
+            return Some(self.state_in(reading).to_vec());
         }
         let terms = reading.get(self.model.state_size()..)?;
         self.terms.whole(terms, last)

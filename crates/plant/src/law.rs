@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 use ratelab_system::graph_file::PLANT_POLICIES;
 
-use crate::robot::SharedRobot;
+use crate::robot::{Robot, SharedRobot};
 
 /// How controls follow from a reading.
 #[derive(Clone, Debug)]
@@ -32,15 +32,27 @@ impl Law {
         match self {
             Self::Zero => vec![0.0; at.len()],
             Self::Hold => at.clone(),
-            Self::Lqr(gains) => {
-                let state = robot.state_in(reading);
-                let deviation = robot.deviation(state).unwrap_or_default();
-                let controls = at.iter().zip(gains.row_iter()).map(|(at, gains)| {
-                    let products = gains.iter().zip(&deviation).map(|(gain, x)| gain * x);
-                    at - products.fold(0.0, |sum, product| sum + product)
-                });
-                controls.collect()
-            }
+            Self::Lqr(gains) => robot.fed_back(at, gains, reading),
         }
+    }
+}
+
+impl Robot {
+    /// Returns `controls` with linear feedback on a reading.
+    pub(crate) fn fed_back(
+        &self,
+        controls: &[f64],
+        gains: &DMatrix<f64>,
+        reading: &[f64],
+    ) -> Vec<f64> {
+        let state = self.state_in(reading);
+        let deviation = self.deviation(state).unwrap_or_default();
+        let pairs = controls.iter().zip(gains.row_iter());
+        pairs
+            .map(|(at, gains)| {
+                let products = gains.iter().zip(&deviation).map(|(gain, x)| gain * x);
+                at - products.fold(0.0, |sum, product| sum + product)
+            })
+            .collect()
     }
 }

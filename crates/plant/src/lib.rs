@@ -14,21 +14,27 @@
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 
 mod aliases;
+mod cascade;
 mod decide;
 mod defect;
 mod disturbance;
+mod encirclement;
 mod files;
 mod gains;
 mod geoms;
+mod graph;
 mod hull;
+mod late_loop;
 mod law;
 mod linear;
 mod losses;
+mod margins;
 mod model;
 mod model_error;
 mod motion;
 mod nodes;
 mod picture;
+mod planned;
 mod reach;
 mod reference;
 mod robot;
@@ -45,11 +51,12 @@ use std::sync::Arc;
 
 use mujoco_rs::prelude::{MjData, MjModel};
 
+pub use cascade::{COMMAND, INNER_OBS};
 pub use defect::PlantDefect;
 pub use linear::LinearRobot;
 pub use model::RobotModel;
 pub use model_error::RobotModelError;
-pub use nodes::{ACTUATOR, POLICY};
+pub use nodes::{ACTION, ACTUATOR, POLICY};
 pub use system::RobotPlant;
 pub use theory::BearableDelay;
 

@@ -167,7 +167,7 @@ pub(crate) fn motions(model: &RobotModel, texts: &[String]) -> Result<Motions, P
 }
 
 /// Returns the coordinate of a hinge or a slide.
-fn coordinate(model: &RobotModel, name: &str) -> Option<usize> {
+pub(crate) fn coordinate(model: &RobotModel, name: &str) -> Option<usize> {
     model
         .joints
         .iter()

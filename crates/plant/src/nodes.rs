@@ -22,7 +22,7 @@ use crate::{
 pub(crate) const OBS: &str = "/obs";
 
 /// Name of the topic from policy to actuator.
-pub(crate) const ACTION: &str = "/action";
+pub const ACTION: &str = "/action";
 
 /// Name of the topic with the states of the plant.
 pub(crate) const STATE: &str = "/state";
@@ -67,6 +67,8 @@ impl FromStr for SensorNoise {
 pub(crate) struct RobotSensor {
     pub(crate) robot: SharedRobot,
     pub(crate) plant: SharedWorld<FreeRobot>,
+    /// Name of the topic of its readings.
+    pub(crate) topic: String,
     pub(crate) readings: Publisher<RobotRow>,
     pub(crate) noise: SensorNoise,
     pub(crate) seed: u64,
@@ -82,7 +84,7 @@ impl RobotSensor {
         let chance = Chance {
             seed: self.seed,
             what: NOISE,
-            name: OBS,
+            name: &self.topic,
         };
         let draw = |index| sigma * chance.normal(format!("{tick}.{index}"));
         let [positions, coordinates, ..] = self.robot.model.sizes();
@@ -99,7 +101,9 @@ impl Node for RobotSensor {
     fn tick(&mut self, tick: &mut Tick) -> TickResult {
         let mut state = self.plant.at(tick.now()).state();
         self.disturb(tick.number(), &mut state);
-        self.plant.at(tick.now()).observe(&mut state)?;
+        if self.topic == OBS {
+            self.plant.at(tick.now()).observe(&mut state)?;
+        }
         tick.publish(&self.readings, RobotRow(state.into()));
         Ok(Flow::Continue)
     }

@@ -5,10 +5,12 @@ use std::sync::Arc;
 use mujoco_rs::prelude::MjtObjBase;
 use nalgebra::DMatrix;
 use ratelab::{Chance, Hz};
+use ratelab_policy::chunk::ActionShape;
 use ratelab_system::{PlantRecord, graph_file::PlantSpec};
 
 use crate::{
     BodyData, PlantDefect,
+    defect::parse_items,
     gains::gains,
     linear::LinearRobot,
     losses::LossRule,
@@ -38,6 +40,8 @@ pub struct Robot {
     /// What loses a run beside the limits.
     pub(crate) rules: Vec<LossRule>,
     pub(crate) limits: Vec<f64>,
+    /// The coordinates that an inner loop holds.
+    pub(crate) inner: Vec<usize>,
     /// Half of the range of each control.
     pub(crate) half: Vec<f64>,
     /// The greatest speed of a coordinate at the start.
@@ -97,6 +101,8 @@ impl Robot {
             return Err(PlantDefect::unknown("limits", "joint", name, &groups));
         }
         let limits = model.coordinates.iter().map(|group| spec.limit(group));
+        let inner = spec.inner.as_ref().map_or(&[][..], |inner| &inner.joints);
+        let inner = parse_items(inner, |name| coordinates(&model, name))?;
         let Motions { joints, sites } = motions(&model, &spec.reference)?;
         let reach = (!sites.is_empty())
             .then(|| SiteReach::new(&model, &at, sites))
@@ -106,6 +112,7 @@ impl Robot {
             rules: LossRule::parse(&spec.lost, &model)?,
             given,
             limits: limits.collect(),
+            inner: inner.concat(),
             half: model.half_ranges(),
             start: spec.start,
             linear: LinearRobot::step(&model, &at)?,
@@ -131,6 +138,14 @@ impl Robot {
         let period = hz.period().as_nanos() as f64;
         let steps = (period / self.model.step_ns as f64).round_ties_even();
         steps.max(1.0) as u64
+    }
+
+    /// Returns what its actions are.
+    pub(crate) fn actions(&self) -> ActionShape {
+        ActionShape {
+            width: self.half.len(),
+            period: self.spec.rate.period(),
+        }
     }
 
     /// Returns the gains of the controller for a policy at `hz`; `None` where they cannot be
@@ -295,6 +310,24 @@ pub(crate) enum LossCause {
     Coordinate(usize),
     /// The rule with this index says so.
     Rule(usize),
+}
+
+/// Returns the coordinates of a group in the key `inner`.
+fn coordinates(model: &RobotModel, name: &str) -> Result<Vec<usize>, PlantDefect> {
+    let all = model.coordinates.iter().enumerate();
+    let own: Vec<usize> = all
+        .filter(|(_, group)| *group == name)
+        .map(|(index, _)| index)
+        .collect();
+    if own.is_empty() {
+        return Err(PlantDefect::unknown(
+            "inner",
+            "joint",
+            name,
+            &model.groups(),
+        ));
+    }
+    Ok(own)
 }
 
 /// Returns the coordinates that move with these joints and sites, each once.

@@ -8,11 +8,17 @@ use std::{
 };
 
 use nalgebra::DMatrix;
-use ratelab::{ClockExit, Hz, Knob, Tick, Time, Topic, Wiring, sync::lock};
-use ratelab_policy::{PolicyContext, PolicyFile, PolicyFiles};
+use ratelab::{ClockExit, Hz, Knob, Time, sync::lock};
+use ratelab_policy::{
+    PolicyContext, PolicyFile, PolicyFiles,
+    chunk::{
+        ChunkLoop, ChunkSettings, PLAYER,
+        planning::{MERGED, PLANNED, PLAYED},
+    },
+};
 use ratelab_system::{
-    About, AgeLimits, Alias, BuildError, Builder, Group, Judge, Picture, PlantRecord, RobotInfo,
-    RunTally, Setup, SharedWorld, Signal, System, SystemKnobs, Verdict, VerdictKind, WORLD,
+    About, AgeLimits, Alias, BuildError, Builder, Group, Judge, Picture, Planning, PlantRecord,
+    RobotInfo, RunTally, Setup, Signal, Spoiler, System, SystemKnobs, Verdict, VerdictKind, WORLD,
     graph_file::{PLANT, PLANT_POLICIES, PlantSpec},
     names::key,
     overload,
@@ -21,21 +27,19 @@ use ratelab_system::{
 use crate::{
     PlantDefect,
     aliases::ALIASES,
-    decide::{PolicyMaker, RobotLaw, known},
+    cascade::{INNER, INNER_SENSOR},
+    decide::known,
     disturbance::{DISTURB, JointPushes},
+    late_loop::LoopRates,
     law::Law,
     model::RobotModel,
-    nodes::{
-        ACTION, ACTUATOR, NOISE, OBS, POLICY, RobotActuator, RobotPolicy, RobotSensor,
-        SENSE_TO_ACT, SENSOR, STATE, SensorNoise,
-    },
+    nodes::{ACTION, ACTUATOR, NOISE, POLICY, SENSE_TO_ACT, SENSOR, STATE, SensorNoise},
     picture::RobotPainter,
     robot::{LossCause, Robot, SharedRobot},
     signals::site_signals,
     tally::RobotTally,
-    target::{RobotTarget, TARGET, TARGET_NODE, TargetReader},
+    target::TARGET_NODE,
     theory::BearableDelay,
-    world::{FreeRobot, JUDGED_NS, RobotRow},
 };
 
 /// The robot was within its limits for the whole run.
@@ -47,17 +51,17 @@ const STOPPED: VerdictKind =
 
 /// A robot of an MJCF file, with a controller that is made from its model.
 pub struct RobotPlant {
-    robot: SharedRobot,
+    pub(crate) robot: SharedRobot,
     verdicts: Vec<VerdictKind>,
     settings: Vec<Knob>,
-    /// The controller at each rate that a run had.
-    laws: Mutex<Vec<(Hz, Law)>>,
+    /// The gains at each rate that a run had.
+    gains: Mutex<Vec<(Hz, DMatrix<f64>)>>,
     /// The notes on the controller at each rate.
-    notes: Mutex<Vec<(Hz, Vec<String>)>>,
+    pub(crate) notes: Mutex<Vec<(Hz, Vec<String>)>>,
     /// What draws the robot, from the first picture on.
     painter: OnceLock<Option<RobotPainter>>,
     /// The policies in files that were loaded.
-    files: PolicyFiles,
+    pub(crate) files: PolicyFiles,
 }
 
 impl RobotPlant {
@@ -115,37 +119,45 @@ impl RobotPlant {
             node: POLICY.to_owned(),
             text: spec.policy.clone(),
         };
-        let rates = [SENSOR, POLICY, ACTUATOR].map(|node| Knob::Rate {
+        let rates = robot.rates().into_iter().map(|(node, hz)| Knob::Rate {
             node: node.to_owned(),
-            hz: spec.rate,
+            hz,
+        });
+        let chunk = spec.chunk.map(|count| Knob::Parameter {
+            node: POLICY.to_owned(),
+            name: ChunkSettings::CHUNK.to_owned(),
+            value: count.to_string(),
         });
         Self {
-            settings: rates.into_iter().chain([policy]).collect(),
+            settings: rates.chain([policy]).chain(chunk).collect(),
             robot: Arc::new(robot),
             verdicts,
-            laws: Mutex::default(),
+            gains: Mutex::default(),
             notes: Mutex::default(),
             painter: OnceLock::new(),
             files: PolicyFiles::default(),
         }
     }
 
+    /// Returns the gains of `lqr` for a policy at `hz`.
+    pub(crate) fn gains(&self, hz: Hz) -> Result<DMatrix<f64>, PlantDefect> {
+        let mut known = lock(&self.gains);
+        if let Some((_, gains)) = known.iter().find(|(of, _)| *of == hz) {
+            return Ok(gains.clone());
+        }
+        let what = || format!("lqr has no gains at {hz}: try another rate");
+        let made = self.robot.gains(hz);
+        let gains = made.ok_or_else(|| PlantDefect::new("policy", what()))?;
+        known.push((hz, gains.clone()));
+        Ok(gains)
+    }
+
     /// Returns the law called `name` for a policy at `hz`.
-    fn law(&self, name: &str, hz: Hz) -> Result<Law, PlantDefect> {
+    pub(crate) fn law(&self, name: &str, hz: Hz) -> Result<Law, PlantDefect> {
         match PLANT_POLICIES.iter().position(|known| *known == name) {
             Some(0) => {
-                let mut laws = lock(&self.laws);
-                if let Some((_, law)) = laws.iter().find(|(known, _)| *known == hz) {
-                    return Ok(law.clone());
-                }
-                let what = || format!("lqr has no gains at {hz}: try another rate");
-                let gains = self
-                    .robot
-                    .gains(hz)
-                    .ok_or_else(|| PlantDefect::new("policy", what()))?;
-                let law = Law::Lqr(gains);
-                laws.push((hz, law.clone()));
-                Ok(law)
+                let [outer, _] = self.robot.split(&self.gains(hz)?);
+                Ok(Law::Lqr(outer))
             }
             Some(1) => Ok(Law::Hold),
             Some(_) => Ok(Law::Zero),
@@ -153,180 +165,54 @@ impl RobotPlant {
         }
     }
 
-    /// Returns the greatest constant delay of `/action` that linear theory allows a policy at `hz`;
-    /// `None` where the controller has no gains.
-    pub fn bearable_delay(&self, hz: Hz) -> Option<BearableDelay> {
-        match self.law(PLANT_POLICIES[0], hz).ok()? {
-            Law::Lqr(gains) => Some(self.robot.bearable(&gains, hz.period().as_secs_f64())),
-            Law::Hold | Law::Zero => None,
-        }
-    }
-
-    /// Returns the lowest whole rate from which deviations grow at none up to `hz` (Hz), each with the
-    /// gains for it; `None` where they grow at all rates.
-    pub fn lowest_rate(&self, hz: Hz) -> Option<f64> {
-        let is_steady = |rate: &f64| {
-            let law = Hz::new(*rate)
-                .ok()
-                .and_then(|hz| self.law(PLANT_POLICIES[0], hz).ok());
-            let grows = |gains: &DMatrix<f64>| self.robot.grows(gains, 1.0 / rate);
-            matches!(law, Some(Law::Lqr(gains)) if !grows(&gains))
-        };
-        let rates = (1..=hz.get().ceil() as u64).rev().map(|rate| rate as f64);
-        rates.take_while(is_steady).last()
-    }
-
-    /// Returns how fast each deviation grows that grows without a controller (1/s), the fastest first.
-    pub fn poles(&self) -> Vec<f64> {
-        self.robot.poles()
-    }
-
-    /// Returns the limit of the coordinates that the file names none for; `None` if it names all.
-    pub fn other_limit(&self) -> Option<f64> {
-        let (spec, groups) = (&self.robot.spec, self.robot.model.groups());
-        let is_named = |group: &&str| spec.limits.iter().any(|(name, _)| name == group);
-        let is_complete = groups.iter().all(is_named);
-        (!is_complete).then(|| spec.limit("*"))
-    }
-
-    /// Returns whether contacts hold the robot: in a run they may open, which theory does not see.
-    pub fn is_touching(&self) -> bool {
-        self.robot.is_touching()
-    }
-
-    /// Returns the notes on what nothing holds under these gains.
-    fn notes(&self, gains: &DMatrix<f64>, hz: Hz) -> Vec<String> {
-        let mut known = lock(&self.notes);
-        if let Some((_, notes)) = known.iter().find(|(of, _)| *of == hz) {
-            return notes.clone();
-        }
-        let robot = &self.robot;
-        let free = robot.free_coordinates(gains, hz.period().as_secs_f64());
-        let notes: Vec<String> = free
-            .into_iter()
-            .filter(|index| robot.limits[*index].is_finite())
-            .map(|index| {
-                let group = &robot.model.coordinates[index];
-                let name = robot.coordinate(index);
-                format!("nothing holds {name}: limits = {{ {group:?} = inf }}")
-            })
-            .collect();
-        known.push((hz, notes.clone()));
-        notes
-    }
-
-    /// Adds the robot that moves by itself, with the topic of its states.
-    fn plant(&self, builder: &mut Builder<'_>) -> Result<SharedWorld<FreeRobot>, BuildError> {
-        let robot = &self.robot;
-        let fields = [
-            robot.model.control_names(),
-            robot.state_names(),
-            robot.moving_names(),
-        ];
-        let rows = builder.internal_topic::<RobotRow>(STATE);
-        builder.record_as(rows.clone(), fields.concat());
-        let world = FreeRobot::new(robot.clone(), builder.seed()).map_err(setting)?;
-        let judged_hz = 1e9 / JUDGED_NS as f64;
-        builder.own_world(world, judged_hz, |wiring| {
-            let rows = wiring.publisher(&rows);
-            move |plant: &FreeRobot, tick: &mut Tick| plant.judge(tick, &rows)
-        })
-    }
-
-    /// Adds the node that moves the reference, if it moves; returns what the policy reads of it.
-    fn targets(&self, builder: &mut Builder<'_>) -> Result<Option<Topic<RobotRow>>, BuildError> {
-        if !self.robot.is_moving() {
-            return Ok(None);
-        }
-        let targets = builder.internal_topic::<RobotRow>(TARGET);
-        builder.record_as(targets.clone(), self.robot.target_names());
-        let (robot, published) = (self.robot.clone(), targets.clone());
-        let rate = self.robot.spec.rate;
-        builder.node(TARGET_NODE, rate.get(), 0, move |wiring| RobotTarget {
-            robot: robot.clone(),
-            targets: wiring.publisher(&published),
-        })?;
-        builder.through(&targets, 0).map(Some)
-    }
-
-    /// Returns the policy of a run at first, with its name.
-    fn policy(&self, builder: &mut Builder<'_>) -> Result<FirstPolicy, BuildError> {
-        let maker = self.maker(builder);
-        let own = Some(&*self.robot.spec.policy).filter(|name| PLANT_POLICIES.contains(name));
-        let name = match (builder.message(POLICY), own) {
-            (Some(text), _) => text.to_owned(),
-            (None, own) => own.unwrap_or(Law::Hold.name()).to_owned(),
-        };
-        if PLANT_POLICIES.contains(&&*name) {
-            self.law(&name, maker.context.control_hz).map_err(setting)?;
-        }
-        let law = maker.make(&name).map_err(setting)?;
-        Ok(FirstPolicy { name, law, maker })
-    }
-
-    /// Adds the node that decides, between topics of readings and actions.
-    fn policy_node(
-        &self,
-        builder: &mut Builder<'_>,
-        first: FirstPolicy,
-        targets: Option<Topic<RobotRow>>,
-        [readings, actions]: [&Topic<RobotRow>; 2],
-    ) -> Result<(), BuildError> {
-        let FirstPolicy { name, law, maker } = first;
-        let (readings, actions) = (readings.clone(), actions.clone());
-        let policy = move |wiring: &mut Wiring<'_>, law| RobotPolicy {
-            law,
-            first: name.clone(),
-            maker: maker.clone(),
-            readings: wiring.subscription(&readings),
-            actions: wiring.publisher(&actions),
-            target: TargetReader(targets.as_ref().map(|targets| wiring.subscription(targets))),
-        };
-        let rate = self.robot.spec.rate;
-        match law {
-            RobotLaw::Own(law) => builder.node(POLICY, rate.get(), 1, move |wiring| {
-                policy(wiring, RobotLaw::Own(law.clone()))
-            }),
-            law => builder.single_node(POLICY, rate.into(), 1, |wiring| policy(wiring, law)),
-        }
-    }
-
-    /// Returns what makes the policies of a run.
-    fn maker(&self, builder: &Builder<'_>) -> PolicyMaker {
-        let context = self.context(builder.seed(), builder.setup());
-        let law = |name: &&str| self.law(name, context.control_hz).ok();
-        PolicyMaker {
-            robot: self.robot.clone(),
-            laws: PLANT_POLICIES.iter().filter_map(law).collect(),
-            files: self.files.clone(),
-            context,
-            answers: builder.answers(POLICY),
-        }
-    }
-
     /// Returns the inputs of a policy in a file.
-    fn context(&self, seed: u64, setup: &Setup) -> PolicyContext {
+    pub(crate) fn context(&self, seed: u64, setup: &Setup) -> PolicyContext {
         PolicyContext {
             seed,
-            control_hz: setup.rate(POLICY).unwrap_or(self.robot.spec.rate),
-            chunk: None,
+            control_hz: self.rates(setup).policy,
+            chunk: self.chunks(setup).map(|chunks| chunks.horizon.get()),
         }
     }
 
-    /// Returns the law of a run with `setup`, and its rate.
-    fn law_of(&self, setup: &Setup) -> Result<(Law, Hz), PlantDefect> {
+    /// Returns the rates of the loops of a run with `setup`.
+    pub(crate) fn rates(&self, setup: &Setup) -> LoopRates {
         let spec = &self.robot.spec;
-        let hz = setup.rate(POLICY).unwrap_or(spec.rate);
-        let name = setup.message(POLICY).unwrap_or(&spec.policy);
-        Ok((self.law(name, hz)?, hz))
+        let inner = spec.inner.as_ref();
+        LoopRates {
+            // A plan has an action for each tick of the player, however rarely it is made.
+            policy: setup
+                .rate(POLICY)
+                .filter(|_| self.chunks(setup).is_none())
+                .unwrap_or(spec.rate),
+            inner: inner.map(|inner| setup.rate(INNER).unwrap_or(inner.rate)),
+        }
     }
-}
 
-/// The policy of a run at first.
-struct FirstPolicy {
-    name: String,
-    law: RobotLaw,
-    maker: PolicyMaker,
+    /// Returns the mean age of pushes with the longest delay that theory allows; nothing where contacts
+    /// may open, which theory does not see.
+    fn age_limit(&self, setup: &Setup) -> Option<Duration> {
+        if !self.has_gains(setup) || self.robot.is_touching() {
+            return None;
+        }
+        let rates = self.rates(setup);
+        let half = rates.inner.unwrap_or(rates.policy).period() / 2;
+        match self.bearable(ACTION, rates)? {
+            BearableDelay::None => Some(half),
+            BearableDelay::Ms(ms) => Some(Duration::from_millis(ms) + half),
+            BearableDelay::Any => None,
+        }
+    }
+
+    /// Returns the settings of chunks in `setup`, if the policy answers with any.
+    pub(crate) fn chunks(&self, setup: &Setup) -> Option<ChunkSettings> {
+        let chunks = ChunkSettings::from_setup(setup, self.robot.actions());
+        chunks.ok().flatten()
+    }
+
+    /// Returns whether `lqr` decides in a run with `setup`.
+    fn has_gains(&self, setup: &Setup) -> bool {
+        setup.message(POLICY).unwrap_or(&self.robot.spec.policy) == PLANT_POLICIES[0]
+    }
 }
 
 /// Returns the verdict on a run that a group of coordinates has lost.
@@ -354,7 +240,7 @@ fn file_of(node: &str, text: &str) -> Option<PolicyFile> {
 }
 
 /// Any error of a part of the graph as the error of a setting.
-fn setting(error: impl std::fmt::Display) -> BuildError {
+pub(crate) fn setting(error: impl std::fmt::Display) -> BuildError {
     BuildError::Setting(error.to_string())
 }
 
@@ -369,42 +255,7 @@ impl System for RobotPlant {
                 "the plant moves by itself, in steps of its model: leave the world out",
             ));
         }
-        let rate = self.robot.spec.rate;
-        let policy = self.policy(builder)?;
-        let noise = builder
-            .parameter(SENSOR, NOISE)
-            .map(str::parse::<SensorNoise>)
-            .transpose()
-            .map_err(setting)?
-            .unwrap_or_default();
-        let (states, controls) = (self.robot.state_names(), self.robot.model.control_names());
-        let readings = builder.internal_topic::<RobotRow>(OBS);
-        let observed = self.robot.terms.names();
-        builder.record_as(readings.clone(), states.iter().chain(&observed));
-        let actions = builder.internal_topic::<RobotRow>(ACTION);
-        builder.record_as(actions.clone(), controls.iter());
-        let plant = self.plant(builder)?;
-        let (robot, seen, seed) = (self.robot.clone(), plant.clone(), builder.seed());
-        let published = readings.clone();
-        builder.node(SENSOR, rate.get(), 0, move |wiring| RobotSensor {
-            robot: robot.clone(),
-            plant: seen.clone(),
-            readings: wiring.publisher(&published),
-            noise,
-            seed,
-        })?;
-        let readings = builder.through(&readings, 0)?;
-        let targets = self.targets(builder)?;
-        self.policy_node(builder, policy, targets, [&readings, &actions])?;
-        let actions = builder.through(&actions, 1)?;
-        let robot = self.robot.clone();
-        builder.node(ACTUATOR, rate.get(), 2, move |wiring| RobotActuator {
-            robot: robot.clone(),
-            plant: plant.clone(),
-            actions: wiring.subscription(&actions),
-            sense_to_act: wiring.meter(SENSE_TO_ACT),
-            command: None,
-        })
+        self.graph(builder)
     }
 
     fn about(&self) -> About<'_> {
@@ -414,6 +265,9 @@ impl System for RobotPlant {
             captions: &[
                 (SENSOR, "reads the plant"),
                 (POLICY, "decides"),
+                (PLAYER, "plays"),
+                (INNER_SENSOR, "reads the plant"),
+                (INNER, "adds its part"),
                 (ACTUATOR, "pushes"),
                 (WORLD, "moves by itself"),
                 (TARGET_NODE, "moves the reference"),
@@ -426,7 +280,9 @@ impl System for RobotPlant {
 
     fn groups(&self) -> Vec<Group> {
         let target = self.robot.is_moving().then_some(TARGET_NODE);
-        let nodes = [WORLD, SENSOR, ACTUATOR].into_iter().chain(target);
+        let inner = self.robot.spec.inner.is_some().then_some(INNER_SENSOR);
+        let others = target.into_iter().chain(inner);
+        let nodes = [WORLD, SENSOR, ACTUATOR].into_iter().chain(others);
         vec![Group::new(PLANT, nodes)]
     }
 
@@ -442,17 +298,28 @@ impl System for RobotPlant {
             format!("{joint} is at the end of its range in this pose: theory is blind to that; try another pose")
         });
         let mut warnings: Vec<String> = ends.collect();
-        if let Ok((Law::Lqr(gains), hz)) = self.law_of(setup) {
-            warnings.extend(self.notes(&gains, hz));
+        if self.has_gains(setup) {
+            warnings.extend(self.notes(self.rates(setup).policy));
+        }
+        if let Some(chunks) = self.chunks(setup) {
+            let policy = setup.message(POLICY).unwrap_or(&robot.spec.policy);
+            let known = ChunkLoop {
+                is_program: file_of(POLICY, policy).is_some_and(|file| file.is_program),
+                bears: self.age_limit(setup),
+            };
+            warnings.extend(known.warnings(setup, &chunks));
         }
         warnings
     }
 
     fn overloads(&self, setup: &Setup) -> Vec<String> {
-        let rate = |node| setup.rate(node).unwrap_or(self.robot.spec.rate);
-        [SENSOR, POLICY, ACTUATOR]
-            .into_iter()
-            .filter_map(|node| overload(node, rate(node), setup))
+        let asked = self
+            .chunks(setup)
+            .is_some_and(|chunks| chunks.refill.is_some());
+        let rates = self.robot.rates().into_iter();
+        rates
+            .filter(|(node, _)| !(asked && *node == POLICY))
+            .filter_map(|(node, hz)| overload(node, setup.rate(node).unwrap_or(hz), setup))
             .collect()
     }
 
@@ -490,26 +357,18 @@ impl Judge for RobotPlant {
         self.verdicts.clone()
     }
 
-    fn tally(&self, _: &Setup) -> Option<Box<dyn RunTally>> {
-        Some(Box::new(RobotTally::new(self.robot.clone())))
+    fn tally(&self, setup: &Setup) -> Option<Box<dyn RunTally>> {
+        let chunks = self.chunks(setup).is_some();
+        Some(Box::new(RobotTally::new(self.robot.clone(), chunks)))
     }
 
-    /// Returns the mean age of pushes with the longest delay that theory allows; nothing where
-    /// contacts may open, which theory does not see.
+    /// Returns the mean age of pushes with the longest delay that theory allows.
     fn age_limits(&self, setup: &Setup) -> AgeLimits {
-        let limit = || match self.law_of(setup).ok()? {
-            (Law::Lqr(_), hz) if !self.robot.is_touching() => {
-                let half = hz.period() / 2;
-                match self.bearable_delay(hz)? {
-                    BearableDelay::None => Some(half),
-                    BearableDelay::Ms(ms) => Some(Duration::from_millis(ms) + half),
-                    BearableDelay::Any => None,
-                }
-            }
-            _ => None,
-        };
         AgeLimits {
-            grows: limit(),
+            // Theory knows nothing of plans.
+            grows: self
+                .age_limit(setup)
+                .filter(|_| self.chunks(setup).is_none()),
             ..AgeLimits::default()
         }
     }
@@ -522,6 +381,14 @@ impl RobotInfo for RobotPlant {
 
     fn picture(&self, state: &[f64]) -> Option<Picture> {
         self.picture_from(0, state)
+    }
+
+    fn planning(&self) -> Option<Planning> {
+        const SPOILERS: &[Spoiler] = &[MERGED, PLANNED, PLAYED];
+        let robot = &self.robot;
+        let (at, half) = (robot.at.controls.first()?, robot.half.first()?);
+        let most = at.abs() + half;
+        Some(robot.actions().planning((ACTION, most), SPOILERS))
     }
 
     fn sides(&self) -> usize {
@@ -557,7 +424,11 @@ impl SystemKnobs for RobotPlant {
         let pinned = self.files.pin(&file).and_then(|pinned| {
             // The node would refuse a policy that does not fit.
             pinned.policy(context, shape)?;
-            pinned.check_chunk(None, shape).map(|()| pinned)
+            // Without chunks here a sweep, or the file, may still have them.
+            if context.chunk.is_some() {
+                pinned.check_chunk(context.chunk, shape)?;
+            }
+            Ok(pinned)
         });
         match pinned {
             Ok(pinned) => Ok(pinned.file().to_string()),
@@ -576,7 +447,16 @@ impl SystemKnobs for RobotPlant {
         })
     }
 
+    fn is_fixed(&self, knob: &Knob) -> bool {
+        matches!(knob, Knob::Parameter { node, name, .. } if ChunkSettings::FIXED.contains(&[&**node, &**name]))
+    }
+
     fn parameter(&self, [node, name]: [&str; 2], value: &str) -> Result<String, String> {
+        let chunks = ChunkSettings::PARAMETERS.into_iter();
+        let mut known = chunks.filter(|(of, known, _)| [*of, *known] == [node, name]);
+        if let Some((.., shortest)) = known.next() {
+            return shortest(value).map_err(|why| why.to_string());
+        }
         if [node, name] == [ACTUATOR, DISTURB] {
             let pushes = JointPushes::parse(&self.robot, value);
             return pushes.map_or_else(
@@ -584,7 +464,7 @@ impl SystemKnobs for RobotPlant {
                 |pushes| Ok(pushes.text().to_owned()),
             );
         }
-        if [node, name] != [SENSOR, NOISE] {
+        if ![SENSOR, INNER_SENSOR].contains(&node) || name != NOISE {
             return Err(format!("{node} has no parameter {name:?}"));
         }
         let noise = value.parse::<SensorNoise>();

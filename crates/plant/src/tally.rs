@@ -1,5 +1,6 @@
 //! What a run of a robot cost.
 
+use ratelab_policy::chunk::{CHUNK, ChunkTally, PLAYER_STEP};
 use ratelab_system::{FigureValue, RunTally, SystemFigure};
 
 use crate::{nodes::STATE, robot::SharedRobot};
@@ -11,12 +12,16 @@ pub(crate) struct RobotTally {
     /// The squares of the distances from a reference that moves.
     errors: f64,
     rows: u64,
+    /// Of a policy that answers with chunks.
+    chunks: Option<ChunkTally>,
 }
 
 impl RobotTally {
-    /// Creates one for a run of `robot`, without a state so far.
-    pub(crate) fn new(robot: SharedRobot) -> Self {
+    /// Creates one for a run of `robot`, with `chunks` or without, and without a state so far.
+    pub(crate) fn new(robot: SharedRobot, chunks: bool) -> Self {
+        let width = robot.half.len();
         Self {
+            chunks: chunks.then(|| ChunkTally::new(width)),
             robot,
             sum: 0.0,
             errors: 0.0,
@@ -27,11 +32,18 @@ impl RobotTally {
 
 impl RunTally for RobotTally {
     fn topics(&self) -> &'static [&'static str] {
-        &[STATE]
+        match self.chunks {
+            Some(_) => &[STATE, CHUNK, PLAYER_STEP],
+            None => &[STATE],
+        }
     }
 
-    fn message(&mut self, _: &str, row: &[f64]) {
-        if let Some(cost) = self.robot.cost(row) {
+    fn message(&mut self, topic: &str, row: &[f64]) {
+        if topic != STATE {
+            if let Some(chunks) = &mut self.chunks {
+                chunks.message(topic, row);
+            }
+        } else if let Some(cost) = self.robot.cost(row) {
             self.sum += cost;
             self.rows += 1;
             self.errors += self.robot.error(row).unwrap_or_default();
@@ -53,6 +65,7 @@ impl RunTally for RobotTally {
             text: "tracking error {} m, rad: root mean square distance from the reference",
             value: FigureValue::Number(error),
         });
-        [cost].into_iter().chain(tracking).collect()
+        let chunks = self.chunks.iter().flat_map(RunTally::figures);
+        [cost].into_iter().chain(tracking).chain(chunks).collect()
     }
 }

@@ -32,7 +32,7 @@ impl Node for RobotTarget {
 pub(crate) struct TargetReader(pub(crate) Option<Subscription<RobotRow>>);
 
 impl TargetReader {
-    /// Returns a reading as it is seen from the newest target.
+    /// Returns a reading as it is seen from the newest target, with the target behind it.
     pub(crate) fn seen(
         &mut self,
         tick: &mut Tick,
@@ -45,6 +45,7 @@ impl TargetReader {
         };
         let mut seen = reading.0.to_vec();
         robot.seen_from(&target.data.0, &mut seen);
+        seen.extend(&*target.data.0);
         RobotRow(seen.into())
     }
 }

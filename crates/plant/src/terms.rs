@@ -8,6 +8,7 @@ use crate::{
     BodyData, PlantDefect,
     defect::parse_items,
     model::{RobotJoint, RobotModel},
+    motion::coordinate,
     reference::Reference,
 };
 
@@ -15,8 +16,8 @@ use crate::{
 const OBSERVE: &str = "observe";
 
 /// The forms of terms, for errors.
-const FORMS: &str = "qpos, qvel, joints, joint-speeds, sensor NAME, gravity SITE, last-action or \
-                     numbers such as \"1 0 0\", also with a factor, such as \"qvel * 0.1\"";
+const FORMS: &str = "qpos, qvel, joints, joint-speeds, sensor NAME, gravity SITE, target JOINT, last-action \
+                     or numbers such as \"1 0 0\", also with a factor, such as \"qvel * 0.1\"";
 
 /// The most numbers of an observation.
 const MOST_NUMBERS: usize = 4096;
@@ -46,6 +47,8 @@ enum TermKind {
     Sensor(Range<usize>),
     /// The world's down in the frame of this site.
     Gravity(usize),
+    /// How far this coordinate is to be from the pose, as the policy knows it.
+    Target(usize),
     /// The policy's own last output.
     LastAction,
     Numbers(Vec<f64>),
@@ -73,9 +76,7 @@ impl ObservedTerms {
     }
 
     fn sensor_terms(&self) -> impl Iterator<Item = &ObservedTerm> {
-        self.0
-            .iter()
-            .filter(|term| term.kind != TermKind::LastAction)
+        self.0.iter().filter(|term| !term.kind.is_of_policy())
     }
 
     /// Returns the name of each number that the sensor reads.
@@ -99,20 +100,30 @@ impl ObservedTerms {
         }
     }
 
-    /// Returns the whole observation, of what the sensor has `read` and of what the policy answered
-    /// `last`; `None` for another amount of numbers.
+    /// Returns the whole observation, of what the sensor has `read`, of the target behind that, and of
+    /// what the policy answered `last`; `None` for another amount of numbers.
     pub(crate) fn whole(&self, read: &[f64], last: &[f64]) -> Option<Vec<f64>> {
-        let (mut whole, mut rest) = (Vec::new(), read);
+        let count: usize = self.sensor_terms().map(|term| term.size).sum();
+        let (mut rest, target) = read.split_at_checked(count)?;
+        let mut whole = Vec::new();
         for term in &self.0 {
-            if term.kind == TermKind::LastAction {
-                whole.extend(last.iter().map(|number| number * term.factor));
-            } else {
-                let (numbers, after) = rest.split_at_checked(term.size)?;
-                whole.extend(numbers);
-                rest = after;
+            match term.kind {
+                TermKind::LastAction => {
+                    whole.extend(last.iter().map(|number| number * term.factor))
+                }
+                // Of a reference that stands still there is none.
+                TermKind::Target(index) => {
+                    let amount = target.get(index).copied().unwrap_or_default();
+                    whole.push(amount * term.factor);
+                }
+                _ => {
+                    let (numbers, after) = rest.split_at_checked(term.size)?;
+                    whole.extend(numbers);
+                    rest = after;
+                }
             }
         }
-        rest.is_empty().then_some(whole)
+        Some(whole)
     }
 
     /// Returns the numbers of a whole observation.
@@ -149,6 +160,14 @@ impl ObservedTerm {
                     .map(|all| all[sensor] as usize);
                 (TermKind::Sensor(begin..begin + size), size)
             }
+            Some(("target", name)) => {
+                let joint = coordinate(model, name.trim());
+                let index = joint.ok_or_else(|| {
+                    let known = joint_names(model);
+                    PlantDefect::unknown(OBSERVE, "hinge or slide", name.trim(), &known)
+                })?;
+                (TermKind::Target(index), 1)
+            }
             Some(("gravity", name)) => {
                 let site = named(model, MjtObjBase::mjOBJ_SITE, "site", name.trim())?;
                 (TermKind::Gravity(site), 3)
@@ -171,6 +190,11 @@ impl ObservedTerm {
 }
 
 impl TermKind {
+    /// Returns whether the policy knows it, and not the sensor.
+    fn is_of_policy(&self) -> bool {
+        matches!(self, Self::LastAction | Self::Target(_))
+    }
+
     fn numbers(&self, data: &BodyData, given: &Reference) -> Vec<f64> {
         match self {
             Self::Positions => data.qpos().to_vec(),
@@ -185,7 +209,7 @@ impl TermKind {
                 let [.., x, y, z] = data.site_xmat()[*site];
                 [x, y, z].map(|up| 0.0 - up).to_vec()
             }
-            Self::LastAction => Vec::new(),
+            Self::LastAction | Self::Target(_) => Vec::new(),
             Self::Numbers(numbers) => numbers.clone(),
         }
     }
@@ -194,6 +218,12 @@ impl TermKind {
 fn number(text: &str) -> Option<f64> {
     let number: Option<f64> = text.trim().parse().ok();
     number.filter(|number| number.is_finite())
+}
+
+/// Returns the names of hinges and slides.
+fn joint_names(model: &RobotModel) -> Vec<&str> {
+    let joints = model.joints.iter().filter(|joint| joint.is_single());
+    joints.map(|joint| &*joint.name).collect()
 }
 
 /// Returns the places of hinges and slides.

@@ -1,8 +1,13 @@
 //! What linear theory says of a constant delay.
 
 use nalgebra::{Complex, ComplexField, DMatrix, DVector, Schur};
+use ratelab::Hz;
 
-use crate::robot::Robot;
+use crate::{
+    encirclement::OpenLoop,
+    late_loop::{LoopGains, LoopRates, LoopTimes},
+    robot::Robot,
+};
 
 /// The growth of deviations that still counts as none (1/s).
 const STEADY: f64 = 0.02;
@@ -52,29 +57,39 @@ struct DelayedLoop<'r> {
 }
 
 impl Robot {
-    /// Returns the greatest constant delay that deviations do not grow with, under these gains for
-    /// decisions every `period_s`.
-    pub(crate) fn bearable(&self, gains: &DMatrix<f64>, period_s: f64) -> BearableDelay {
+    /// Returns the greatest constant delay of the topic `LATE[late]` that deviations do not grow with,
+    /// under these gains; `None` where the loops meet too rarely.
+    pub(crate) fn bearable(
+        &self,
+        gains: &DMatrix<f64>,
+        rates: LoopRates,
+        late: usize,
+    ) -> Option<BearableDelay> {
+        let mut times = self.times(rates)?;
+        let mut alone = match rates.inner {
+            None => OpenLoop::new(&self.linear, gains, times, STEADY),
+            Some(_) => None,
+        };
         let mut steps = None;
         for ms in 0..=LONGEST_MS {
-            let late = (ms * 1_000_000).div_ceil(self.model.step_ns);
-            if steps == Some(late) {
+            times.late[late] = (ms * 1_000_000).div_ceil(self.model.step_ns);
+            if steps.replace(times.late[late]) == Some(times.late[late]) {
                 continue;
             }
-            steps = Some(late);
-            if self.delayed(gains, period_s, late).grows() {
-                return ms
-                    .checked_sub(1)
-                    .map_or(BearableDelay::None, BearableDelay::Ms);
+            let open = alone.as_mut();
+            let is_steady = open.is_some_and(|open| open.is_steady(times.late[late]));
+            if !is_steady && self.delayed(gains, times).grows() {
+                let before = ms.checked_sub(1);
+                return Some(before.map_or(BearableDelay::None, BearableDelay::Ms));
             }
         }
-        BearableDelay::Any
+        Some(BearableDelay::Any)
     }
 
-    /// Returns whether deviations grow without a delay, under these gains for decisions every
-    /// `period_s`.
-    pub(crate) fn grows(&self, gains: &DMatrix<f64>, period_s: f64) -> bool {
-        self.delayed(gains, period_s, 0).grows()
+    /// Returns whether deviations grow without a delay, under these gains; `None` where the loops meet
+    /// too rarely.
+    pub(crate) fn grows(&self, gains: &DMatrix<f64>, rates: LoopRates) -> Option<bool> {
+        Some(self.delayed(gains, self.times(rates)?).grows())
     }
 
     /// Returns how fast each deviation grows that grows without a controller (1/s), the fastest first.
@@ -88,8 +103,8 @@ impl Robot {
     }
 
     /// Returns the coordinates that nothing holds, by their indices.
-    pub(crate) fn free_coordinates(&self, gains: &DMatrix<f64>, period_s: f64) -> Vec<usize> {
-        let here = self.delayed(gains, period_s, 0);
+    pub(crate) fn free_coordinates(&self, gains: &DMatrix<f64>, hz: Hz) -> Vec<usize> {
+        let here = self.delayed(gains, LoopTimes::alone(hz, self.steps_in(hz)));
         let mut free: Vec<usize> = here
             .modes(HELD)
             .into_iter()
@@ -105,42 +120,31 @@ impl Robot {
         free
     }
 
-    /// Returns the loop with controls that are `late` steps of physics late.
-    fn delayed(&self, gains: &DMatrix<f64>, period_s: f64, late: u64) -> DelayedLoop<'_> {
-        let steps = (period_s * 1e9 / self.model.step_ns as f64)
-            .round_ties_even()
-            .max(1.0) as u64;
-        let (periods, rest) = (late / steps, late % steps);
-        let (before, after) = (self.linear.times(rest), self.linear.times(steps - rest));
-        let (states, controls) = (self.linear.a.nrows(), self.linear.b.ncols());
-        let held = periods as usize + 1;
-        let size = states + held * controls;
-        let mut matrix = DMatrix::zeros(size, size);
-        let shape = (states, controls);
-        let mut of_state = &after.a * &before.a;
-        let older = &after.a * &before.b;
-        // The controls that begin in this period are as old as the delay says.
-        if periods == 0 {
-            of_state -= &after.b * gains;
-        } else {
-            let place = states + (held - 2) * controls;
-            matrix.view_mut((0, place), shape).copy_from(&after.b);
+    /// Returns when loops with these rates decide, without a delay.
+    fn times(&self, rates: LoopRates) -> Option<LoopTimes> {
+        let policy = LoopTimes::alone(rates.policy, self.steps_in(rates.policy));
+        match rates.inner {
+            Some(inner) => policy.around(self.steps_in(inner)),
+            None => Some(policy),
         }
-        matrix
-            .view_mut((0, 0), (states, states))
-            .copy_from(&of_state);
-        let place = states + (held - 1) * controls;
-        matrix.view_mut((0, place), shape).copy_from(&older);
-        matrix
-            .view_mut((states, 0), (controls, states))
-            .copy_from(&-gains);
-        for index in states + controls..size {
-            matrix[(index, index - controls)] = 1.0;
-        }
+    }
+
+    /// Returns the closed loop with these gains and delays.
+    fn delayed(&self, gains: &DMatrix<f64>, times: LoopTimes) -> DelayedLoop<'_> {
+        let gains = match self.split(gains) {
+            [outer, _] if self.inner.is_empty() => LoopGains {
+                outer: None,
+                inner: outer,
+            },
+            [outer, inner] => LoopGains {
+                outer: Some(outer),
+                inner,
+            },
+        };
         DelayedLoop {
             robot: self,
-            matrix,
-            period_s,
+            matrix: gains.closed(&self.linear, times),
+            period_s: times.all_s,
         }
     }
 }

@@ -72,6 +72,28 @@ impl FreeRobot {
         [data.qpos(), data.qvel(), data.act()].concat()
     }
 
+    /// Places the robot as in a `reading`, with nothing left of what was before.
+    pub(crate) fn place(&mut self, reading: &[f64]) {
+        self.robot.at.put_into(&mut self.data);
+        let data = &mut self.data;
+        let (positions, rest) = reading.split_at(data.qpos().len());
+        let (speeds, rest) = rest.split_at(data.qvel().len());
+        data.qpos_mut().copy_from_slice(positions);
+        data.qvel_mut().copy_from_slice(speeds);
+        let activations = data.act().len();
+        data.act_mut().copy_from_slice(&rest[..activations]);
+    }
+
+    /// Goes on by so many steps with these controls, whatever the time.
+    pub(crate) fn hold(&mut self, controls: &[f64], steps: u64) {
+        let mut controls = controls.to_vec();
+        self.robot.model.clip(&mut controls);
+        self.data.ctrl_mut().copy_from_slice(&controls);
+        for _ in 0..steps {
+            self.data.step();
+        }
+    }
+
     /// Adds the terms of an observation to a reading of the state, which may have noise.
     pub(crate) fn observe(&mut self, reading: &mut Vec<f64>) -> Result<(), RobotModelError> {
         const STATE: u32 = mjtState::mjSTATE_INTEGRATION as u32;

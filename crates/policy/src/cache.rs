@@ -58,7 +58,7 @@ impl PolicyFiles {
     ) -> Result<(Box<dyn RowPolicy>, PolicyFile), PolicyError> {
         if file.is_program {
             if let Some(answers) = answers {
-                let count = context.chunk.unwrap_or(shape.acts.unwrap_or(1));
+                let count = context.chunk.unwrap_or(1) * shape.width();
                 let recorded = RecordedPolicy::new(answers.clone(), count);
                 return Ok((Box::new(recorded), file.clone()));
             }

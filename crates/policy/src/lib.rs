@@ -8,12 +8,14 @@
 //! A file holds the weights of a network, an ONNX graph or a program. Whose observation it is, and what
 //! an answer means, is up to the robot.
 //!
-//! Stands on `ratelab` and `ratelab-system`; begin with [`PolicyFile`].
+//! Stands on `ratelab`, `ratelab-metrics` and `ratelab-system`; begin with [`PolicyFile`], for slow ones
+//! with [`chunk`].
 
 #![warn(clippy::print_stderr, clippy::print_stdout)]
 
 mod cache;
 mod choice;
+pub mod chunk;
 mod error;
 mod file;
 mod format;

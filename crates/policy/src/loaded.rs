@@ -103,7 +103,21 @@ impl LoadedFile {
         };
         let chooses = self.chooses();
         let wants = match (chunk, shape.acts) {
-            (_, Some(controls)) if actions == controls && chooses != Some(true) => return Ok(()),
+            (chunk, Some(controls))
+                if chooses != Some(true)
+                    && [controls, chunk.unwrap_or(1) * controls].contains(&actions) =>
+            {
+                return Ok(());
+            }
+            (_, Some(controls))
+                if chooses != Some(true) && actions > controls && actions % controls == 0 =>
+            {
+                let length = actions / controls;
+                return Err(self.unfit(format!(
+                    "its answers are {actions} numbers, and an action of the robot has {controls}: give \
+                     --chunk {length} if they are the next {length} actions"
+                )));
+            }
             (_, Some(controls)) => {
                 let what = match chooses {
                     Some(true) => "values of choices",
@@ -155,8 +169,8 @@ impl LoadedFile {
         }
         let answers = self.answers(shape)?;
         let policy: Box<dyn RowPolicy> = match &self.content {
-            FileContent::Network(weights) => Box::new(Network::new(weights.clone())),
-            FileContent::Graph(model) => model.policy(answers.unwrap_or(1)),
+            FileContent::Network(weights) => Box::new(Network::new(weights.clone(), shape.width())),
+            FileContent::Graph(model) => model.policy(answers.unwrap_or(1), shape.width()),
             FileContent::Program => {
                 let program = ProgramPolicy::new(self.file.clone(), context, shape);
                 return Ok(Box::new(program));

@@ -33,9 +33,6 @@ pub enum ProgramError {
     /// A chunk for a run with single actions.
     #[error("it answers with chunks: give --chunk H")]
     Chunks,
-    /// A chunk for a robot that takes single actions.
-    #[error("it answers with chunks, and a plant takes single actions")]
-    SingleActions,
     /// A line that nobody asked for.
     #[error("answered without a question")]
     NoQuestion,

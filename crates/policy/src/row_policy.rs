@@ -57,6 +57,25 @@ pub enum AnswerKind {
     WholeChunk,
 }
 
+impl RowShape {
+    /// Returns the numbers of an action.
+    pub(crate) fn width(self) -> usize {
+        self.acts.unwrap_or(1)
+    }
+}
+
+impl AnswerKind {
+    /// Returns what an answer of a network is, with so many numbers, to a robot with so many in an
+    /// action.
+    pub(crate) fn from_size(numbers: usize, width: usize) -> Self {
+        if numbers <= width {
+            Self::Action
+        } else {
+            Self::Chunk
+        }
+    }
+}
+
 /// Answers observations.
 pub trait RowPolicy: Send {
     /// Makes itself ready for a run.

@@ -39,14 +39,16 @@ impl Plans {
     pub fn remember(&mut self, planning: &Planning, topic: &str, rows: &Rows) {
         for (head, row) in rows.iter() {
             if topic == planning.plans {
-                let plan = (planning.plan)(head, row);
+                let plan = (planning.plan)(planning, head, row);
                 if let Some(plan) = &plan {
                     self.bars.plan(head.seq, plan);
                 }
                 keep(&mut self.plans, plan.map(|plan| (head.seq, plan)));
             } else if topic == planning.played {
                 keep(&mut self.played, Some((head.at, (planning.action)(row))));
-            } else if let Some(step) = (planning.step)(row).filter(|_| topic == planning.steps) {
+            } else if let Some(step) =
+                (planning.step)(planning, row).filter(|_| topic == planning.steps)
+            {
                 self.bars.step(head.at, &step);
                 self.stalls += u64::from(step.stalls);
                 self.stalled = step.stalls.then_some(head.at).or(self.stalled);

@@ -16,17 +16,21 @@ pub struct Planning {
     /// Name of the topic of plans.
     pub plans: &'static str,
     /// Reads the plan in a message there; `None` if there is none.
-    pub plan: fn(&Head, &[f64]) -> Option<ActionPlan>,
+    pub plan: fn(&Self, &Head, &[f64]) -> Option<ActionPlan>,
     /// Name of the topic with the steps of the node that plays them.
     pub steps: &'static str,
     /// Reads the step in a message there; `None` if there is none.
-    pub step: fn(&[f64]) -> Option<PlayStep>,
+    pub step: fn(&Self, &[f64]) -> Option<PlayStep>,
     /// Name of the topic of the actions that it played.
     pub played: &'static str,
     /// Reads the action in a message there.
     pub action: fn(&[f64]) -> f64,
     /// The greatest action, in either direction.
     pub most: f64,
+    /// The numbers of an action, of which plans have the first.
+    pub width: usize,
+    /// The time that an action is meant for.
+    pub period: Duration,
     /// The knob for plans of at least so many actions.
     pub longer: fn(usize) -> Knob,
     /// The knob for plans that expect this delay.
@@ -164,12 +168,12 @@ impl PlanBars {
         let mut bars = Self::default();
         let messages = |topic| rows(topic).into_iter().flat_map(Rows::iter);
         for (head, row) in messages(planning.plans) {
-            if let Some(plan) = (planning.plan)(head, row) {
+            if let Some(plan) = (planning.plan)(planning, head, row) {
                 bars.plan(head.seq, &plan);
             }
         }
         for (head, row) in messages(planning.steps) {
-            if let Some(step) = (planning.step)(row) {
+            if let Some(step) = (planning.step)(planning, row) {
                 bars.step(head.at, &step);
             }
         }

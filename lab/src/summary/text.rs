@@ -64,10 +64,14 @@ pub fn render(system: &dyn System, summary: &Summary, context: &ReportContext) -
     )]));
     lines.extend(ages::lines(&summary.ages, |age| !is_told(summary, age)));
     lines.extend(context.phases.iter().flat_map(PhaseSpread::lines));
-    let (figures, block) = (summary.figures.iter(), |figure: &SystemFigure| figure.block);
-    let block = figures.clone().find_map(block).unwrap_or("figures");
+    let figures = &summary.figures;
+    let first = figures.iter().position(|figure| figure.block.is_some());
+    let (plain, blocked) = figures.split_at(first.unwrap_or(figures.len()));
+    let block = blocked.first().and_then(|figure| figure.block);
+    let shown = |figures: &[SystemFigure]| joined(figures.iter().filter_map(SystemFigure::shown));
     lines.extend(known([
-        (block, joined(figures.filter_map(SystemFigure::shown))),
+        ("figures", shown(plain)),
+        (block.unwrap_or_default(), shown(blocked)),
         ("quadratic", quadratic_cost(system, summary)),
     ]));
     lines.extend(times(summary));

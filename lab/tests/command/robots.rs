@@ -31,6 +31,26 @@ fn a_robot_bears_what_theory_says_and_is_lost_by_a_joint_beyond_it() {
 }
 
 #[test]
+fn a_cascade_has_a_margin_for_each_of_its_loops() {
+    let line =
+        format!("margins {ROOT}/graphs/robots/cascade.toml --seeds 0..0 --duration-s 0.2 --json");
+    let report = Folder::new().json(&line);
+    let margins = report["margins"].as_array().expect("margins");
+    let known = margins.iter().take(3);
+    let known: Vec<_> = known
+        .map(|margin| (margin["name"].as_str(), margin["theory"].as_f64()))
+        .collect();
+    assert_eq!(
+        known,
+        [
+            (Some("delay"), Some(49.0)),
+            (Some("outer"), Some(274.0)),
+            (Some("inner"), Some(46.0)),
+        ]
+    );
+}
+
+#[test]
 fn the_margins_of_a_graph_without_a_robot_are_refused() {
     let line = format!("margins {ROOT}/graphs/robot.toml");
     for line in ["margins", &line] {

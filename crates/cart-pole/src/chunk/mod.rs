@@ -1,41 +1,66 @@
-//! Policies that answer with a chunk: the next actions of the robot.
-//!
-//! ```text
-//! sensor ──/obs──► policy ──/chunk──► player ──/action──► actuator
-//! ```
-//!
-//! Action i of a chunk with origin o, the time of the reading behind it, is meant for run
-//! times in \[o + iΔ, o + (i + 1)Δ), Δ = 20 ms. The `ChunkPolicy` plans by a model of the
-//! plant, which knows of the actions that are still to be played or does not ([`PlanKind`]);
-//! the `Player` decides which action belongs to now (`PlayKind`), and what happens where
-//! two chunks overlap (`Merge`). What that came to is in its `PlayerStep`s. A policy
-//! that ticks on request (`ChunkSettings::refill`) is triggered by the player's messages on `/request`.
+//! Chunks of the cart-pole: the settings of its plans, and its model as what a policy plans by.
 
-mod message;
-mod planner;
-mod player;
-mod queue;
-mod settings;
-mod warnings;
+mod model_error;
+mod planned;
+mod planning;
 
 use std::time::Duration;
 
-pub use self::{
-    message::{CHUNK, Chunk},
-    settings::PlanKind,
-};
-pub(crate) use self::{
-    message::{PLAYER_STEP, REQUEST},
-    planner::ChunkPlanner,
-    player::Player,
-    settings::{ChunkSettings, ExpectedDelay, Merge, PlayKind},
-    warnings::warnings,
-};
-pub(crate) use planner::{ChunkPolicy, FIXED, PLANNING};
-pub(crate) use player::ChunkTally;
+use ratelab_policy::chunk::{ActionShape, ChunkSettings};
+use ratelab_system::{BuildError, Builder, Setup};
 
-/// Name of the node that plays chunks.
-pub(crate) const PLAYER: &str = "player";
+pub use self::model_error::ModelError;
+pub(crate) use self::planning::PLANNING;
+use crate::{POLICY, ParameterError};
+pub use ratelab_policy::chunk::{CHUNK, Chunk, PlanKind};
 
 /// Δ: the time that an action is meant for.
 pub(crate) const ACTION_PERIOD: Duration = Duration::from_millis(20);
+
+/// The actions of the cart-pole.
+const ACTIONS: ActionShape = ActionShape {
+    width: 1,
+    period: ACTION_PERIOD,
+};
+
+/// Name of the parameter with the model of a plan.
+pub(crate) const MODEL: &str = "model";
+
+/// The settings of a run with chunks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CartChunks {
+    /// The settings of any robot.
+    pub settings: ChunkSettings,
+    /// The policy's model of the plant.
+    pub model: ModelError,
+}
+
+impl CartChunks {
+    /// Takes the settings of a run that is built, if its policy answers with chunks.
+    ///
+    /// # Errors
+    /// As of [`ChunkSettings::take`].
+    pub(crate) fn take(builder: &mut Builder<'_>) -> Result<Option<Self>, BuildError> {
+        let settings = ChunkSettings::take(builder, ACTIONS, &[MODEL])?;
+        let told = |error: ParameterError| BuildError::Setting(error.to_string());
+        Ok(match settings {
+            Some(_) => Self::from_setup(builder.setup()).map_err(told)?,
+            None => None,
+        })
+    }
+
+    /// Reads the settings in `setup`; `None` for a policy without chunks.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for an invalid value.
+    pub fn from_setup(setup: &Setup) -> Result<Option<Self>, ParameterError> {
+        let Some(settings) = ChunkSettings::from_setup(setup, ACTIONS)? else {
+            return Ok(None);
+        };
+        let model = setup.parameter(POLICY, MODEL).map(str::parse);
+        Ok(Some(Self {
+            settings,
+            model: model.transpose()?.unwrap_or_default(),
+        }))
+    }
+}

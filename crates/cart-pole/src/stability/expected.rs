@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use ratelab::{Draw, Knob, Link, ReadOrder};
+use ratelab_policy::chunk::{CHUNK, Merge, PlayKind};
 use ratelab_system::{Setup, WorldKind};
 
 use super::{
@@ -13,7 +14,7 @@ use super::{
 };
 use crate::{
     ACTION, ACTUATOR, DISTURB, MOTOR_N, OBS, OnStale, POLICY, SENSOR, actuator_hz,
-    chunk::{CHUNK, ChunkSettings, Merge, PlayKind},
+    chunk::CartChunks,
     policy::{PolicyKind, PolicySpec},
 };
 
@@ -39,8 +40,8 @@ pub enum Expected {
 /// [`StabilityError`] with the reason, if there is none.
 pub fn expected(setup: &Setup, world: WorldKind) -> Result<Expected, StabilityError> {
     let mut read = Reading::new(world);
-    read.chunks = ChunkSettings::from_setup(setup)
-        .map_err(|error| StabilityError::Knob(error.to_string()))?;
+    read.chunks =
+        CartChunks::from_setup(setup).map_err(|error| StabilityError::Knob(error.to_string()))?;
     for knob in setup.iter() {
         if read.take(knob).is_none() {
             return Err(StabilityError::Knob(knob.to_string()));
@@ -58,7 +59,7 @@ struct Reading {
     spread: [Duration; 3],
     loss: f64,
     stale: OnStale,
-    chunks: Option<ChunkSettings>,
+    chunks: Option<CartChunks>,
     /// Standard deviation of the random force (N).
     disturbance: f64,
 }
@@ -177,8 +178,8 @@ impl Reading {
     }
 
     /// Returns what is expected of chunks that are played by time, the newest one.
-    fn planned(&self, settings: &ChunkSettings) -> Result<Expected, StabilityError> {
-        let usual = Cadence::new(actuator_hz());
+    fn planned(&self, chunks: &CartChunks) -> Result<Expected, StabilityError> {
+        let (usual, settings) = (Cadence::new(actuator_hz()), &chunks.settings);
         let known = [
             (self.timing.sensor == usual, "another sensor"),
             (self.timing.actuator == Some(usual), "another actuator"),
@@ -193,7 +194,7 @@ impl Reading {
         }
         let control = Loop::cart_pole(gains(&self.policy, usual.hz)?, self.world, self.timing)?;
         Ok(Expected::Planned(
-            control.planned(settings, self.disturbance / MOTOR_N)?,
+            control.planned(chunks, self.disturbance / MOTOR_N)?,
         ))
     }
 

@@ -8,13 +8,14 @@ use std::{
 
 use nalgebra::{DMatrix, DVector, Matrix5};
 use ratelab::Time;
+use ratelab_policy::chunk::{ChunkSettings, ExpectedDelay, PlanKind};
 
 use super::{
     control_loop::Loop, covariance::twice, frequency::ACTION, monodromy::log_spectral_radius,
 };
 use crate::{
     CART_LIMIT_M, LinearPlant, POLE_LIMIT_RAD, PlantError, START_SPREAD,
-    chunk::{ACTION_PERIOD, ChunkSettings, ExpectedDelay, PlanKind},
+    chunk::{ACTION_PERIOD, CartChunks},
 };
 
 /// Ticks of the player in the ten seconds that are looked at.
@@ -70,8 +71,7 @@ impl PlanTimes {
 }
 
 impl Loop {
-    /// Returns what becomes of the loop if its policy answers with chunks of these `settings`, of
-    /// which the player takes the newest by time. The player has the timing of the actuator, and
+    /// Returns what becomes of the loop if its policy answers with these `chunks`, of which the player takes the newest by time. The player has the timing of the actuator, and
     /// the disturbance this standard deviation (as an action), new in each of its ticks.
     ///
     /// The share that stands is that of a Gaussian process which passes its limits as rarely as
@@ -83,10 +83,10 @@ impl Loop {
     /// [`PlantError`] if MuJoCo refuses the plan's model.
     pub fn planned(
         &self,
-        settings: &ChunkSettings,
+        chunks: &CartChunks,
         disturbance: f64,
     ) -> Result<PlannedOutlook, PlantError> {
-        let planned = PlannedLoop::new(self, settings)?;
+        let planned = PlannedLoop::new(self, chunks)?;
         Ok(PlannedOutlook {
             growth: planned.growth(),
             stands: planned.stands(disturbance),
@@ -95,14 +95,15 @@ impl Loop {
 }
 
 impl<'a> PlannedLoop<'a> {
-    fn new(control: &'a Loop, settings: &ChunkSettings) -> Result<Self, PlantError> {
+    fn new(control: &'a Loop, of: &CartChunks) -> Result<Self, PlantError> {
+        let settings = &of.settings;
         let units = ACTION_PERIOD.as_nanos() / control.world.unit().as_nanos();
         let mut planned = Self {
             control,
             holds: settings.plan == PlanKind::Hold,
             horizon: settings.horizon.get() as u64,
             plant: control.world.motion(&control.dynamics, units as u64),
-            model: LinearPlant::for_model(settings.model.length)?,
+            model: LinearPlant::for_model(of.model.length)?,
             chunks: chunks(control, settings),
             plans: 1,
         };

@@ -1,6 +1,8 @@
 //! The network itself: linear layers with an activation between them.
 
-use super::{activation::Activation, chain::LayerChain, error, tensor::Tensor};
+use super::{
+    activation::Activation, chain::LayerChain, error, normaliser::Normaliser, tensor::Tensor,
+};
 use crate::WeightsError;
 
 /// Maximum number of units in a hidden layer.
@@ -16,6 +18,8 @@ const MOST_NUMBERS: usize = 4 * LARGEST_WIDTH * LARGEST_WIDTH;
 /// actions: those of one moment, or of a chunk.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mlp {
+    /// What is done to an observation first.
+    normaliser: Option<Normaliser>,
     layers: Vec<Layer>,
     activation: Activation,
     ending: Ending,
@@ -78,11 +82,24 @@ impl Mlp {
             wide = Some(outputs);
         }
         Ok(Self {
+            normaliser: None,
             layers,
             activation,
             ending: Ending::Plain,
             chooses: None,
         })
+    }
+
+    /// Returns the same behind a normaliser.
+    pub(super) fn behind(self, normaliser: Option<Normaliser>) -> Self {
+        Self { normaliser, ..self }
+    }
+
+    /// Does to an observation what comes before the first layer.
+    pub(super) fn prepare(&self, observation: &mut [f32]) {
+        if let Some(normaliser) = &self.normaliser {
+            normaliser.apply(observation);
+        }
     }
 
     /// Returns the same with another ending.

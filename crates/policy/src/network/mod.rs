@@ -8,6 +8,7 @@ mod chain;
 mod checkpoint;
 mod error;
 mod mlp;
+mod normaliser;
 mod policy;
 mod safetensors;
 mod sb3;

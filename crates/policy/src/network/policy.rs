@@ -12,12 +12,15 @@ pub(crate) struct Network {
     /// The last outputs of all layers.
     outputs: Vec<Vec<f32>>,
     answer: Vec<f64>,
+    /// Numbers of an action.
+    width: usize,
 }
 
 impl Network {
-    /// Creates a policy with these weights.
-    pub(crate) fn new(weights: Arc<Mlp>) -> Self {
+    /// Creates a policy with these weights, for actions of `width` numbers.
+    pub(crate) fn new(weights: Arc<Mlp>, width: usize) -> Self {
         Self {
+            width,
             seen: vec![0.0; weights.inputs()],
             outputs: weights.room(),
             answer: vec![0.0; weights.actions()],
@@ -31,6 +34,7 @@ impl RowPolicy for Network {
         for (seen, number) in self.seen.iter_mut().zip(observation) {
             *seen = *number as f32;
         }
+        self.weights.prepare(&mut self.seen);
         let answer = self.weights.run(&self.seen, &mut self.outputs);
         for (number, output) in self.answer.iter_mut().zip(answer) {
             *number = f64::from(*output);
@@ -39,9 +43,6 @@ impl RowPolicy for Network {
     }
 
     fn kind(&self) -> AnswerKind {
-        match self.answer.len() {
-            1 => AnswerKind::Action,
-            _ => AnswerKind::Chunk,
-        }
+        AnswerKind::from_size(self.answer.len(), self.width)
     }
 }

@@ -5,6 +5,7 @@ use super::{
     activation::Activation,
     chain::{LayerChain, NoChain},
     error::{listed, quoted, unfit},
+    normaliser::Normaliser,
     state_item::{DEVIATIONS, StateItem, StateKind, is_beside},
     tensor::Tensor,
 };
@@ -130,7 +131,7 @@ impl<'f> StateItems<'f> {
     pub(super) fn network(
         &self,
         settings: NetworkSettings,
-        read: impl FnMut(&str) -> Result<Tensor, WeightsError>,
+        mut read: impl FnMut(&str) -> Result<Tensor, WeightsError>,
     ) -> Result<Mlp, WeightsError> {
         let chain = self.chain(settings).map_err(|why| match why {
             NoChain::None => self.missing(FIRST),
@@ -142,13 +143,22 @@ impl<'f> StateItems<'f> {
             None => self.activation()?.unwrap_or_default(),
             Some(activation) => activation,
         };
-        let mlp = Mlp::from_chain(&chain, activation, read)?;
-        self.check(&chain, settings).map(|()| mlp)
+        let mlp = Mlp::from_chain(&chain, activation, &mut read)?;
+        self.check(&chain, settings)?;
+        let normaliser = Normaliser::stem(&self.items)
+            .map(|stem| Normaliser::read(stem, mlp.inputs(), read))
+            .transpose()?;
+        Ok(mlp.behind(normaliser))
     }
 
     /// Checks that nothing beside the layers of `chain` changes its action.
     fn check(&self, chain: &LayerChain<'_>, settings: NetworkSettings) -> Result<(), WeightsError> {
-        let unused = |item: &StateItem<'f>| Some((item.name, unused(item, chain)?));
+        let normaliser = Normaliser::stem(&self.items);
+        let is_read = |name| normaliser.is_some_and(|stem| Normaliser::has(stem, name));
+        let unused = |item: &StateItem<'f>| {
+            let what = unused(item, chain).filter(|_| !is_read(item.name))?;
+            Some((item.name, what))
+        };
         let is_layer = |item: &&StateItem<'_>| matches!(item.kind, StateKind::Layer);
         // A layer with weights is named by these.
         let (layers, others): (Vec<_>, Vec<_>) = self.items.iter().partition(is_layer);

@@ -21,7 +21,7 @@ impl OnnxModel {
         match *self {}
     }
 
-    pub(crate) fn policy(&self, _: usize) -> Box<dyn RowPolicy> {
+    pub(crate) fn policy(&self, _: usize, _: usize) -> Box<dyn RowPolicy> {
         match *self {}
     }
 }

@@ -123,9 +123,11 @@ impl OnnxModel {
             })
     }
 
-    /// Creates a policy that runs the graph, whose answers have so many numbers.
-    pub(crate) fn policy(&self, answers: usize) -> Box<dyn RowPolicy> {
-        Box::new(self.asked(answers))
+    /// Creates a policy that runs the graph, whose answers have so many numbers, for actions of `width`.
+    pub(crate) fn policy(&self, answers: usize, width: usize) -> Box<dyn RowPolicy> {
+        let mut policy = self.asked(answers);
+        policy.width = width;
+        Box::new(policy)
     }
 
     fn asked(&self, answers: usize) -> OnnxPolicy {
@@ -135,6 +137,7 @@ impl OnnxModel {
             model: self.clone(),
             seen: Vec::new(),
             answer: vec![0.0; answers],
+            width: 1,
         }
     }
 
@@ -219,6 +222,8 @@ pub(crate) struct OnnxPolicy {
     seen: Vec<f32>,
     states: Vec<Vec<f32>>,
     answer: Vec<f64>,
+    /// Numbers of an action.
+    width: usize,
 }
 
 impl OnnxPolicy {
@@ -262,9 +267,6 @@ impl RowPolicy for OnnxPolicy {
     }
 
     fn kind(&self) -> AnswerKind {
-        match self.answer.len() {
-            0 | 1 => AnswerKind::Action,
-            _ => AnswerKind::Chunk,
-        }
+        AnswerKind::from_size(self.answer.len(), self.width)
     }
 }

@@ -103,7 +103,10 @@ impl ProgramPolicy {
             .ask(&protocol::line(&question), ready.limit)
             .and_then(|line| {
                 let size = match self.context.chunk.filter(|_| ready.chunks) {
-                    Some(actions) => AnswerSize::Chunk(actions),
+                    Some(actions) => AnswerSize::Chunk {
+                        actions,
+                        width: self.shape.acts,
+                    },
                     None => AnswerSize::from_shape(self.shape),
                 };
                 protocol::actions(&line, self.asked, size)
@@ -127,10 +130,8 @@ impl RowPolicy for ProgramPolicy {
         let greeting = Greeting::new(self.context, self.shape);
         let mut process = PolicyProcess::start(&self.file.path)?;
         let ready = Ready::read(&process.ask(&protocol::line(&greeting), protocol::START)?)?;
-        match (ready.chunks, self.context.chunk, self.shape.acts) {
-            (true, None, None) => return Err(ProgramError::Chunks.into()),
-            (true, None, Some(_)) => return Err(ProgramError::SingleActions.into()),
-            _ => {}
+        if ready.chunks && self.context.chunk.is_none() {
+            return Err(ProgramError::Chunks.into());
         }
         self.running = Some((process, ready));
         Ok(())

@@ -113,7 +113,7 @@ impl Ready {
 struct AnswerLine {
     id: u64,
     action: Option<ActionNumbers>,
-    actions: Option<Vec<f64>>,
+    actions: Option<Vec<ActionNumbers>>,
 }
 
 /// The action in an answer.
@@ -124,6 +124,17 @@ enum ActionNumbers {
     Many(Vec<f64>),
 }
 
+impl ActionNumbers {
+    /// Returns the numbers of an action with `width` numbers, or of one that is a number by itself.
+    fn numbers(self, width: Option<usize>) -> Option<Vec<f64>> {
+        match self {
+            Self::One(number) if width.is_none_or(|width| width == 1) => Some(vec![number]),
+            Self::Many(numbers) if width == Some(numbers.len()) => Some(numbers),
+            Self::One(_) | Self::Many(_) => None,
+        }
+    }
+}
+
 /// What an answer has.
 #[derive(Clone, Copy, Debug)]
 pub enum AnswerSize {
@@ -131,8 +142,11 @@ pub enum AnswerSize {
     Number,
     /// A list of so many numbers.
     Numbers(usize),
-    /// A chunk of so many actions.
-    Chunk(usize),
+    /// A chunk of so many actions, each a number or a list of `width` numbers.
+    Chunk {
+        actions: usize,
+        width: Option<usize>,
+    },
 }
 
 impl AnswerSize {
@@ -147,12 +161,19 @@ impl AnswerSize {
 /// # Errors
 /// What is wrong with it, as the end of a sentence about the program.
 pub fn actions(line: &str, id: u64, size: AnswerSize) -> Result<Vec<f64>, ProgramError> {
-    let expected = match size {
+    let expected_line = match size {
         AnswerSize::Number => format!("{{\"id\":{id},\"action\":0.5}}"),
         AnswerSize::Numbers(size) => format!("{{\"id\":{id},\"action\":[… {size} numbers]}}"),
-        AnswerSize::Chunk(size) => format!("{{\"id\":{id},\"actions\":[… {size} numbers]}}"),
+        AnswerSize::Chunk {
+            actions,
+            width: None | Some(1),
+        } => format!("{{\"id\":{id},\"actions\":[… {actions} numbers]}}"),
+        AnswerSize::Chunk {
+            actions,
+            width: Some(width),
+        } => format!("{{\"id\":{id},\"actions\":[… {actions} lists of {width} numbers]}}"),
     };
-    let answer: AnswerLine = parsed(line, &expected)?;
+    let answer: AnswerLine = parsed(line, &expected_line)?;
     if answer.id != id {
         return Err(ProgramError::Question {
             found: answer.id,
@@ -172,16 +193,26 @@ pub fn actions(line: &str, id: u64, size: AnswerSize) -> Result<Vec<f64>, Progra
             }
             numbers
         }
-        (None, Some(actions), AnswerSize::Chunk(expected)) => {
+        (
+            None,
+            Some(actions),
+            AnswerSize::Chunk {
+                actions: expected,
+                width,
+            },
+        ) => {
             if actions.len() != expected {
                 return Err(ProgramError::ChunkLength {
                     found: actions.len(),
                     expected,
                 });
             }
-            actions
+            let flat = actions.into_iter().map(|action| action.numbers(width));
+            let flat: Option<Vec<Vec<f64>>> = flat.collect();
+            flat.ok_or_else(|| unexpected(line, &expected_line))?
+                .concat()
         }
-        _ => return Err(unexpected(line, &expected)),
+        _ => return Err(unexpected(line, &expected_line)),
     };
     match actions.iter().find(|action| !(**action as f32).is_finite()) {
         Some(action) => Err(ProgramError::NotFinite(format!("{action:e}"))),

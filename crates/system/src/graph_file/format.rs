@@ -125,6 +125,9 @@ const POLICY: Form = Text(r#""lqr", "hold", "zero" or the path of a policy, such
 /// What a policy of a plant sees.
 const TERMS: Form = List(r#"a list of terms, such as ["joints", "sensor gyro", "last-action"]"#);
 
+/// The joints of an inner loop.
+const JOINTS: Form = List(r#"a list of joints, such as ["pitch"]"#);
+
 /// What loses a run of a plant.
 const LOSSES: Form = List(r#"a list such as ["height torso < 0.8", "tilt torso > 45"]"#);
 
@@ -450,11 +453,26 @@ pub const SECTIONS: [FileSection; 9] = [
                 Figure,
                 "The factor from the outputs of a network to controls [default: 1]",
             ),
+            optional(
+                "chunk",
+                Whole(1000),
+                "Actions in an answer of the policy, each for a period of rate [default: 0, single ones]",
+            ),
             optional("lost", LOSSES, "What loses the run beside the limits"),
             optional(
                 "rate",
                 Number(MOST_CLOCK_HZ),
                 "Ticks per second of sensor, policy and actuator (Hz) [default: 50]",
+            ),
+            optional(
+                "inner",
+                JOINTS,
+                "Joints that an inner loop holds, with lqr's gains and a sensor of its own",
+            ),
+            optional(
+                "inner_rate",
+                Number(MOST_CLOCK_HZ),
+                "Ticks per second of the inner loop and the actuator (Hz) [default: 50]",
             ),
             optional(
                 "step_ms",

@@ -62,7 +62,7 @@ use crate::{DataChain, Divider, FigureLimit};
 pub use change::{ChangeError, ChangedFile, KeyChange, changed, key_of};
 pub use error::GraphFileError;
 use error::{GraphRefusal, Placed, holds};
-pub use plant::{PLANT, PLANT_POLICIES, PlantSpec};
+pub use plant::{InnerLoop, PLANT, PLANT_POLICIES, PlantSpec};
 pub use readings::{BagReading, doubted, readings};
 pub use system::GraphSystem;
 

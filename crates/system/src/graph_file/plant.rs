@@ -44,15 +44,28 @@ pub struct PlantSpec {
     pub observe: Vec<String>,
     /// The factor from outputs of a network to controls.
     pub action: f64,
+    /// The actions in an answer of the policy, if it answers with chunks.
+    pub chunk: Option<usize>,
     /// What loses a run beside the limits.
     pub lost: Vec<String>,
     /// The rate of sensor, policy and actuator.
     pub rate: Hz,
+    /// The part of the controller that is a loop of its own.
+    pub inner: Option<InnerLoop>,
     /// Step of physics (ns), if it is not the model's.
     pub step_ns: Option<u64>,
     /// The keys with the places of their values in the file, then of the items of lists, for errors.
     places: Vec<(&'static str, Vec<usize>)>,
     at: usize,
+}
+
+/// The inner loop of a cascade: what it holds, and how often.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InnerLoop {
+    /// The groups of coordinates that it holds.
+    pub joints: Vec<String>,
+    /// The rate of its sensor and its controller, and of the actuator.
+    pub rate: Hz,
 }
 
 impl PlantSpec {
@@ -70,27 +83,25 @@ impl PlantSpec {
         if let Some((_, at)) = start.filter(|(start, _)| !(0.0..f64::INFINITY).contains(start)) {
             return refuse(at, "start: expected 0 or more (m/s, rad/s)");
         }
-        let texts = |key| {
-            block
-                .list(key)
-                .iter()
-                .map(|item| item.text.clone())
-                .collect()
-        };
         let spec = Self {
             mjcf: text("mjcf").unwrap_or_default(),
             keyframe: text("keyframe"),
             pose: numbers(block, "pose"),
             limits: limits(block)?,
             start: start.map_or(START, |(start, _)| start),
-            reference: texts("reference"),
+            reference: texts(block, "reference"),
             policy: policy
                 .map_or(PLANT_POLICIES[0], |policy| &policy.text)
                 .to_owned(),
-            observe: texts("observe"),
+            observe: texts(block, "observe"),
             action: action(block)?,
-            lost: texts("lost"),
-            rate: rate(block)?,
+            chunk: block
+                .text("chunk")
+                .map(|count| number(count) as usize)
+                .filter(|count| *count > 0),
+            lost: texts(block, "lost"),
+            rate: rate(block, "rate")?,
+            inner: inner(block)?,
             step_ns: step(block)?,
             places: places(block),
             at,
@@ -122,8 +133,11 @@ fn places(block: &Block) -> Vec<(&'static str, Vec<usize>)> {
         "policy",
         "observe",
         "action",
+        "chunk",
         "lost",
         "rate",
+        "inner",
+        "inner_rate",
         "step_ms",
         "reference",
     ];
@@ -199,10 +213,31 @@ fn action(block: &Block) -> Checked<f64> {
     }
 }
 
-fn rate(block: &Block) -> Checked<Hz> {
-    let given = block.text("rate");
+fn rate(block: &Block, key: &str) -> Checked<Hz> {
+    let given = block.text(key);
     let hz = Hz::new(given.map_or(RATE_HZ, number));
-    hz.or_else(|error| refuse(given.map_or(0, |rate| rate.at), format!("rate: {error}")))
+    hz.or_else(|error| refuse(given.map_or(0, |rate| rate.at), format!("{key}: {error}")))
+}
+
+/// Returns the inner loop, if joints are named for it.
+fn inner(block: &Block) -> Checked<Option<InnerLoop>> {
+    let joints: Vec<String> = texts(block, "inner");
+    match block.at("inner_rate") {
+        Some(at) if joints.is_empty() => {
+            refuse(at, "inner_rate: it has no joints: inner = [\"JOINT\"]")
+        }
+        _ if joints.is_empty() => Ok(None),
+        _ => Ok(Some(InnerLoop {
+            joints,
+            rate: rate(block, "inner_rate")?,
+        })),
+    }
+}
+
+/// Returns the items of a list.
+fn texts(block: &Block, key: &str) -> Vec<String> {
+    let items = block.list(key).iter();
+    items.map(|item| item.text.clone()).collect()
 }
 
 fn step(block: &Block) -> Checked<Option<u64>> {

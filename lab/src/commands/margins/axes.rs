@@ -1,6 +1,7 @@
 //! What gets worse for a robot, step by step.
 
 use ratelab::Knob;
+use ratelab_plant::{ACTION, COMMAND, INNER_OBS};
 
 use crate::error::Error;
 
@@ -18,31 +19,52 @@ pub struct MarginAxis {
     first: f64,
     /// What a step adds to it.
     by: f64,
+    /// The topic that is late by a constant delay, if that is what gets worse.
+    pub late: Option<&'static str>,
     /// The knobs, with `{}` for the value.
     knobs: &'static [&'static str],
 }
 
 impl MarginAxis {
-    /// Returns the four axes for a policy at `hz`.
-    pub fn all(hz: f64) -> [Self; 4] {
-        let delay = |name, title, knobs| Self {
+    /// Returns the axes for a policy at `hz`, in a cascade with the delay of each loop.
+    pub fn all(hz: f64, is_cascade: bool) -> Vec<Self> {
+        let delay = |name, title, late, knobs| Self {
             name,
             title,
             unit: "ms",
             last: 1000,
             first: 0.0,
             by: 1.0,
+            late,
             knobs,
         };
-        [
-            delay(
-                "delay",
-                "greatest constant delay of /action",
-                &["link /action delay:{}"],
-            ),
+        let mut axes = vec![delay(
+            "delay",
+            "greatest constant delay of /action",
+            Some(ACTION),
+            &["link /action delay:{}"],
+        )];
+        if is_cascade {
+            axes.extend([
+                delay(
+                    "outer",
+                    "greatest constant delay of /command",
+                    Some(COMMAND),
+                    &["link /command delay:{}"],
+                ),
+                delay(
+                    "inner",
+                    "greatest constant delay of /inner-obs",
+                    Some(INNER_OBS),
+                    &["link /inner-obs delay:{}"],
+                ),
+            ]);
+        }
+        axes.extend([
             delay(
                 "jitter",
                 "greatest J of a delay from 0 to J",
+                None,
                 &["link /action delay:0..{}"],
             ),
             Self {
@@ -52,6 +74,7 @@ impl MarginAxis {
                 last: 99,
                 first: 0.0,
                 by: 0.01,
+                late: None,
                 knobs: &["link /action loss:{}"],
             },
             Self {
@@ -61,9 +84,11 @@ impl MarginAxis {
                 last: (hz.ceil() as u64).saturating_sub(1),
                 first: hz.ceil(),
                 by: -1.0,
+                late: None,
                 knobs: &["rate sensor {}", "rate policy {}"],
             },
-        ]
+        ]);
+        axes
     }
 
     /// Returns the number of steps that a search looks at, at most.

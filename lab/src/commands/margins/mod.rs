@@ -5,10 +5,13 @@ mod axes;
 mod report;
 mod search;
 
-use ratelab::{Hz, Knob};
+use ratelab::Knob;
 use ratelab_experiment::sweep::all_cores;
 use ratelab_plant::{ACTUATOR, POLICY, RobotPlant};
-use ratelab_system::graph_file::{GraphFile, PLANT_POLICIES, PlantSpec};
+use ratelab_system::{
+    Setup,
+    graph_file::{GraphFile, PLANT_POLICIES, PlantSpec},
+};
 
 use self::{
     axes::MarginAxis,
@@ -57,7 +60,7 @@ pub fn margins(program: &Program, args: &MarginsArgs) -> Result<(), Error> {
     let hz = config.setup.rate(POLICY).unwrap_or(spec.rate);
     let policy = config.setup.message(POLICY).unwrap_or(&spec.policy);
     let has_theory = PLANT_POLICIES.contains(&policy);
-    let axes = MarginAxis::all(hz.get());
+    let axes = MarginAxis::all(hz.get(), spec.inner.is_some());
     let steps = axes.iter().map(MarginAxis::tries).sum::<u64>() + 1;
     let bar = ProgressLine::new(steps * seeds.len() as u64, "the runs at most".to_owned());
     let ran = || bar.advance();
@@ -70,7 +73,9 @@ pub fn margins(program: &Program, args: &MarginsArgs) -> Result<(), Error> {
         match trials.last_borne(&axis, &ran) {
             Ok(bears) => margins.push(Margin {
                 // Nothing is known of a policy in a file.
-                theory: has_theory.then(|| theory(&plant, &axis, hz)).flatten(),
+                theory: has_theory
+                    .then(|| theory(&plant, &axis, &config.setup))
+                    .flatten(),
                 axis,
                 bears,
             }),
@@ -112,10 +117,10 @@ fn robot(program: &Program) -> Result<(RobotPlant, PlantSpec), Error> {
 }
 
 /// Returns what linear theory says of `axis`, in its unit.
-fn theory(plant: &RobotPlant, axis: &MarginAxis, hz: Hz) -> Option<f64> {
-    match axis.name {
-        "delay" => plant.bearable_delay(hz)?.ms(),
-        "rate" => plant.lowest_rate(hz),
+fn theory(plant: &RobotPlant, axis: &MarginAxis, setup: &Setup) -> Option<f64> {
+    match (axis.late, axis.name) {
+        (Some(topic), _) => plant.bearable_delay_of(topic, setup)?.ms(),
+        (None, "rate") => plant.lowest_rate(setup),
         _ => None,
     }
 }

@@ -6,8 +6,7 @@ use ratelab::{alternatives, millis};
 use ratelab_system::Setup;
 use strum::{Display, IntoStaticStr, VariantArray, VariantNames};
 
-use super::{ACTION_PERIOD, PLAYER};
-use crate::{POLICY, ParameterError};
+use super::{ChunkError, PLAYER, POLICY};
 
 /// The number of actions in a chunk: 1 to [`Horizon::MAX`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,21 +21,16 @@ impl Horizon {
         self.0
     }
 
-    /// Returns the time that the actions are meant for.
-    pub fn duration(self) -> Duration {
-        ACTION_PERIOD * self.0 as u32
-    }
-
     /// Parses a horizon, or `none` for a policy without chunks.
     ///
     /// # Errors
-    /// [`ParameterError`] for an invalid text.
-    pub fn parse(text: &str) -> Result<Option<Self>, ParameterError> {
+    /// [`ChunkError`] for an invalid text.
+    pub fn parse(text: &str) -> Result<Option<Self>, ChunkError> {
         let number = text.trim().parse().ok();
         match number.filter(|number| (1..=Self::MAX).contains(number)) {
             Some(number) => Ok(Some(Self(number))),
             None if text.trim() == "none" => Ok(None),
-            None => Err(ParameterError::Chunk {
+            None => Err(ChunkError::Chunk {
                 text: text.to_owned(),
                 max: Self::MAX,
             }),
@@ -60,9 +54,9 @@ pub enum PlanKind {
 }
 
 impl FromStr for PlanKind {
-    type Err = ParameterError;
+    type Err = ChunkError;
 
-    fn from_str(text: &str) -> Result<Self, ParameterError> {
+    fn from_str(text: &str) -> Result<Self, ChunkError> {
         named(text, "plan")
     }
 }
@@ -81,9 +75,9 @@ pub enum PlayKind {
 }
 
 impl FromStr for PlayKind {
-    type Err = ParameterError;
+    type Err = ChunkError;
 
-    fn from_str(text: &str) -> Result<Self, ParameterError> {
+    fn from_str(text: &str) -> Result<Self, ChunkError> {
         named(text, "way to play")
     }
 }
@@ -115,9 +109,9 @@ impl fmt::Display for Merge {
 }
 
 impl FromStr for Merge {
-    type Err = ParameterError;
+    type Err = ChunkError;
 
-    fn from_str(text: &str) -> Result<Self, ParameterError> {
+    fn from_str(text: &str) -> Result<Self, ChunkError> {
         let number = |prefix, most| {
             let number: f64 = text.trim().strip_prefix(prefix)?.parse().ok()?;
             (0.0..=most).contains(&number).then_some(number)
@@ -128,7 +122,7 @@ impl FromStr for Merge {
         match merge {
             Some(merge) => Ok(merge),
             None if text.trim() == "newest" => Ok(Self::Newest),
-            None => Err(ParameterError::Merge {
+            None => Err(ChunkError::Merge {
                 text: text.to_owned(),
                 max_decay: MAX_DECAY.to_string(),
             }),
@@ -170,58 +164,26 @@ impl fmt::Display for ExpectedDelay {
 }
 
 impl FromStr for ExpectedDelay {
-    type Err = ParameterError;
+    type Err = ChunkError;
 
-    fn from_str(text: &str) -> Result<Self, ParameterError> {
+    fn from_str(text: &str) -> Result<Self, ChunkError> {
         let (word, margin) = text.split_once('+').unwrap_or((text, "0"));
         let delay = match word.trim() {
             "last" => millis::parse(margin).map(Self::Last),
             "max" => millis::parse(margin).map(Self::Max),
             _ => millis::parse(text).map(Self::Constant),
         };
-        delay.map_err(|_| ParameterError::ExpectedDelay(text.to_owned()))
+        delay.map_err(|_| ChunkError::ExpectedDelay(text.to_owned()))
     }
 }
 
-/// How much longer the pole of the plan's model is than the plant's. As text `length:1.2`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ModelError {
-    /// The factor.
-    pub length: f64,
-}
-
-impl ModelError {
-    /// The accepted factors.
-    const LENGTHS: [f64; 2] = [0.1, 10.0];
-}
-
-impl Default for ModelError {
-    fn default() -> Self {
-        Self { length: 1.0 }
-    }
-}
-
-impl fmt::Display for ModelError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "length:{}", self.length)
-    }
-}
-
-impl FromStr for ModelError {
-    type Err = ParameterError;
-
-    fn from_str(text: &str) -> Result<Self, ParameterError> {
-        let [min, max] = Self::LENGTHS;
-        let length = text.trim().strip_prefix("length:").map(str::parse);
-        match length {
-            Some(Ok(length)) if (min..=max).contains(&length) => Ok(Self { length }),
-            _ => Err(ParameterError::Model {
-                text: text.to_owned(),
-                min: min.to_string(),
-                max: max.to_string(),
-            }),
-        }
-    }
+/// What the actions of a robot are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ActionShape {
+    /// The numbers of an action.
+    pub width: usize,
+    /// Δ: the time that an action is meant for.
+    pub period: Duration,
 }
 
 /// The settings of chunks.
@@ -233,8 +195,6 @@ pub struct ChunkSettings {
     pub plan: PlanKind,
     /// The delay that it plans for.
     pub expected: ExpectedDelay,
-    /// Its model of the plant.
-    pub model: ModelError,
     /// Which action belongs to now.
     pub play: PlayKind,
     /// What happens where chunks overlap.
@@ -242,30 +202,39 @@ pub struct ChunkSettings {
     /// The share of the horizon that is left when the player asks for the next chunk (0 to
     /// 1); `None` for a policy that ticks at its rate.
     pub refill: Option<f64>,
+    /// What its actions are.
+    pub of: ActionShape,
 }
 
 impl ChunkSettings {
     /// Name of the parameter for the horizon.
     pub const CHUNK: &str = "chunk";
 
+    /// The parameters that count for a whole run.
+    pub const FIXED: [[&str; 2]; 2] = [[POLICY, Self::CHUNK], [PLAYER, "refill"]];
+
     /// All parameters: the node, the name, and what makes the shortest form of a value.
-    pub const PARAMETERS: [(&str, &str, Shortest); 7] = [
+    pub const PARAMETERS: [(&str, &str, Shortest); 6] = [
         (POLICY, Self::CHUNK, |text| {
             Ok(or_none(Horizon::parse(text)?.map(Horizon::get)))
         }),
         (POLICY, "plan", short::<PlanKind>),
         (POLICY, "expect-delay", short::<ExpectedDelay>),
-        (POLICY, "model", short::<ModelError>),
         (PLAYER, "play", short::<PlayKind>),
         (PLAYER, "merge", short::<Merge>),
         (PLAYER, "refill", |text| Ok(or_none(refill(text)?))),
     ];
 
-    /// Reads the settings in `setup`; `None` for a policy without chunks.
+    /// Returns the time that the actions of a chunk are meant for.
+    pub fn duration(&self) -> Duration {
+        self.of.period * self.horizon.get() as u32
+    }
+
+    /// Reads the settings in `setup`, of a robot with such actions; `None` for a policy without chunks.
     ///
     /// # Errors
-    /// [`ParameterError`] for an invalid value.
-    pub fn from_setup(setup: &Setup) -> Result<Option<Self>, ParameterError> {
+    /// [`ChunkError`] for an invalid value.
+    pub fn from_setup(setup: &Setup, of: ActionShape) -> Result<Option<Self>, ChunkError> {
         let horizon = setup.parameter(POLICY, Self::CHUNK).map(Horizon::parse);
         let Some(horizon) = horizon.transpose()?.flatten() else {
             return Ok(None);
@@ -274,35 +243,35 @@ impl ChunkSettings {
             horizon,
             plan: parsed(setup, POLICY, "plan")?,
             expected: parsed(setup, POLICY, "expect-delay")?,
-            model: parsed(setup, POLICY, "model")?,
             play: parsed(setup, PLAYER, "play")?,
             merge: parsed(setup, PLAYER, "merge")?,
             refill: match setup.parameter(PLAYER, "refill") {
                 Some(share) => refill(share)?,
                 None => None,
             },
+            of,
         }))
     }
 }
 
 /// Makes the shortest form of a value of a parameter, or says what is wrong with it.
-type Shortest = fn(&str) -> Result<String, ParameterError>;
+pub type Shortest = fn(&str) -> Result<String, ChunkError>;
 
 /// Parses the share of the horizon that is left when the player asks for the next chunk.
-fn refill(text: &str) -> Result<Option<f64>, ParameterError> {
+fn refill(text: &str) -> Result<Option<f64>, ChunkError> {
     let share: Option<f64> = text.trim().parse().ok();
     match share.filter(|share| (0.0..=1.0).contains(share)) {
         None if text.trim() == "none" => Ok(None),
-        None => Err(ParameterError::Refill(text.to_owned())),
+        None => Err(ChunkError::Refill(text.to_owned())),
         share => Ok(share),
     }
 }
 
-fn parsed<T: FromStr<Err = ParameterError> + Default>(
+fn parsed<T: FromStr<Err = ChunkError> + Default>(
     setup: &Setup,
     node: &str,
     name: &str,
-) -> Result<T, ParameterError> {
+) -> Result<T, ChunkError> {
     let value = setup.parameter(node, name);
     value.map_or_else(|| Ok(T::default()), str::parse)
 }
@@ -311,17 +280,15 @@ fn or_none(value: Option<impl ToString>) -> String {
     value.map_or_else(|| "none".to_owned(), |value| value.to_string())
 }
 
-fn short<T: FromStr<Err = ParameterError> + fmt::Display>(
-    value: &str,
-) -> Result<String, ParameterError> {
+fn short<T: FromStr<Err = ChunkError> + fmt::Display>(value: &str) -> Result<String, ChunkError> {
     Ok(value.parse::<T>()?.to_string())
 }
 
 /// Replaces `setting` by the one in `text`; returns the one before.
-pub(super) fn replace<T: FromStr<Err = ParameterError> + fmt::Display>(
+pub(super) fn replace<T: FromStr<Err = ChunkError> + fmt::Display>(
     setting: &mut T,
     text: &str,
-) -> Result<String, ParameterError> {
+) -> Result<String, ChunkError> {
     let before = std::mem::replace(setting, text.parse()?);
     Ok(before.to_string())
 }
@@ -330,11 +297,11 @@ pub(super) fn replace<T: FromStr<Err = ParameterError> + fmt::Display>(
 fn named<T: VariantArray + VariantNames + Copy>(
     text: &str,
     what: &'static str,
-) -> Result<T, ParameterError> {
+) -> Result<T, ChunkError> {
     let names = <T as VariantNames>::VARIANTS;
     let place = names.iter().position(|name| *name == text.trim());
     let value = place.map(|place| <T as VariantArray>::VARIANTS[place]);
-    value.ok_or_else(|| ParameterError::Name {
+    value.ok_or_else(|| ChunkError::Name {
         text: text.to_owned(),
         what,
         expected: alternatives(names),

@@ -2,15 +2,14 @@
 
 use std::time::Duration;
 
-use ratelab::{Hz, Knob, KnobKind};
+use ratelab::{Knob, KnobKind};
 use ratelab_system::Setup;
 
 use super::{
-    ACTION_PERIOD,
+    OBS, POLICY,
     message::CHUNK,
     settings::{ChunkSettings, ExpectedDelay, Merge, PlanKind, PlayKind},
 };
-use crate::{CONTROL_HZ, OBS, POLICY, policy::PolicySpec};
 
 /// The quantile of the costs that a chunk is to outlast.
 const USUAL: f64 = 0.99;
@@ -29,7 +28,7 @@ struct ChunkTimes {
 }
 
 impl ChunkTimes {
-    fn new(setup: &Setup, settings: &ChunkSettings) -> Self {
+    fn new(setup: &Setup, settings: &ChunkSettings, is_program: bool) -> Self {
         let takes = setup.knob(KnobKind::Takes, POLICY);
         let draw = takes.and_then(Knob::draw);
         let cost = |u| draw.and_then(|draw| draw.at(u)).unwrap_or_default();
@@ -44,18 +43,18 @@ impl ChunkTimes {
         };
         let rate = setup
             .rate(POLICY)
-            .map_or(1.0 / CONTROL_HZ, |hz: Hz| 1.0 / hz.get());
+            .map_or(settings.of.period.as_secs_f64(), |hz| 1.0 / hz.get());
         let most = cost(USUAL);
         let periods = (most.as_secs_f64() / rate).ceil().max(1.0);
         let period = match settings.refill {
-            Some(share) => settings.horizon.duration().mul_f64(1.0 - share),
+            Some(share) => settings.duration().mul_f64(1.0 - share),
             None => Duration::from_secs_f64(rate * periods),
         };
         Self {
             cost: [cost(0.5), most],
             links: [delay(CHUNK), delay(OBS)],
             period,
-            is_unknown: takes.is_none() && is_program(setup),
+            is_unknown: takes.is_none() && is_program,
             loses: link(CHUNK).is_some_and(|link| link.loss > 0.0 || link.burst.is_some()),
         }
     }
@@ -71,44 +70,41 @@ impl ChunkTimes {
     }
 }
 
-fn is_program(setup: &Setup) -> bool {
-    let policy = setup.message(POLICY);
-    policy.is_some_and(|policy| {
-        policy
-            .parse()
-            .is_ok_and(|policy: PolicySpec| policy.is_program())
-    })
-}
-
 /// Milliseconds, to a tenth.
 fn ms(duration: Duration) -> f64 {
     (duration.as_secs_f64() * 1e4).round() / 10.0
 }
 
-/// Returns the defects of a run with `setup`, each with a remedy. The loop bears actions that are
-/// as old as `bears`, if that is known.
-pub(crate) fn warnings(
-    setup: &Setup,
-    settings: &ChunkSettings,
-    bears: Option<Duration>,
-) -> Vec<String> {
-    let times = ChunkTimes::new(setup, settings);
-    let defects = [
-        too_short(settings, &times),
-        unexpected(settings, &times),
-        not_committed(settings, &times),
-        too_old_a_mean(settings, &times, bears),
-    ];
-    defects.into_iter().flatten().collect()
+/// What is known of the policy and the robot of a run with chunks.
+#[derive(Clone, Copy, Debug)]
+pub struct ChunkLoop {
+    /// Whether the policy is a program, whose cost the real clock measures.
+    pub is_program: bool,
+    /// The age of actions that the loop bears, if that is known.
+    pub bears: Option<Duration>,
+}
+
+impl ChunkLoop {
+    /// Returns the defects of a run with `setup`, each with a remedy.
+    pub fn warnings(self, setup: &Setup, settings: &ChunkSettings) -> Vec<String> {
+        let times = ChunkTimes::new(setup, settings, self.is_program);
+        let defects = [
+            too_short(settings, &times),
+            unexpected(settings, &times),
+            not_committed(settings, &times),
+            too_old_a_mean(settings, &times, self.bears),
+        ];
+        defects.into_iter().flatten().collect()
+    }
 }
 
 /// Returns a warning if the next chunk comes after the last action of this one.
 fn too_short(settings: &ChunkSettings, times: &ChunkTimes) -> Option<String> {
-    let (lasts, needed) = (settings.horizon.duration(), times.oldest());
+    let (lasts, needed) = (settings.duration(), times.oldest());
     let missing = needed
         .checked_sub(lasts)
         .filter(|missing| !missing.is_zero())?;
-    let enough = needed.as_nanos().div_ceil(ACTION_PERIOD.as_nanos());
+    let enough = needed.as_nanos().div_ceil(settings.of.period.as_nanos());
     Some(format!(
         "a chunk lasts {} ms, and the next one comes after up to {} ms (period {}, cost {}, links \
          {}): the player stalls for up to {} ms; --chunk {enough} lasts",
@@ -141,11 +137,11 @@ fn unexpected(settings: &ChunkSettings, times: &ChunkTimes) -> Option<String> {
     let off = expected.abs_diff(delay);
     // A margin covers what the policy cannot know, such as the wait for the player.
     let margin = if expected > delay {
-        2 * ACTION_PERIOD
+        2 * settings.of.period
     } else {
         Duration::ZERO
     };
-    (off >= ACTION_PERIOD + margin).then(|| {
+    (off >= settings.of.period + margin).then(|| {
         format!(
             "the policy expects a delay of {} ms, and its answer takes {} ms (cost {}, link {}): \
              its plans are {} ms off; --expect-delay {remedy} fits",
@@ -193,7 +189,7 @@ fn too_old_a_mean(
     let (Merge::Ensemble(decay), Some(bears)) = (settings.merge, bears) else {
         return None;
     };
-    let lasts = settings.horizon.duration().as_secs_f64();
+    let lasts = settings.duration().as_secs_f64();
     let [delay, period] = [times.delay(), times.period].map(|time| time.as_secs_f64());
     let count = ((lasts - delay) / period).ceil().max(1.0);
     let (mut weights, mut ages) = (0.0, 0.0);

@@ -3,34 +3,77 @@
 use std::{collections::VecDeque, sync::Arc, time::Duration};
 
 use ratelab::{
-    Flow, Head, Knob, LastTick, Node, NodeCrash, NodeError, Publisher, Subscription, Tick,
-    TickResult, Time,
+    Flow, LastTick, Node, NodeCrash, NodeError, Payload, Publisher, Subscription, Tick, TickResult,
+    Time,
 };
-use ratelab_metrics::Fields;
-use ratelab_system::{ActionPlan, Planning, PlayStep, Spoiler};
 
 use super::{
-    ACTION_PERIOD, PLAYER,
-    message::{CHUNK, Chunk, PLAYER_STEP, PlayerStep, Request},
-    settings::{ChunkSettings, ExpectedDelay, Horizon, PlanKind, replace},
+    message::{Chunk, Request},
+    settings::{ActionShape, ChunkSettings, ExpectedDelay, PlanKind, replace},
 };
-use crate::{
-    ACTION, ACTUATOR, Action, DISTURB, NotFinite, Observation, POLICY, PlantError,
-    body::Body,
-    policy::{Moment, Policy},
-};
+use crate::Moment;
 
 /// How far before a reading its chunks are kept, for readings that are older than the one
 /// before.
 const MARGIN: Duration = Duration::from_secs(1);
 
+/// A robot of the policy's own, by which it plans.
+pub trait PlanModel: Send {
+    /// What a policy decides on.
+    type Reading: Payload;
+
+    /// Places the robot as in a `reading`.
+    fn place(&mut self, reading: &Self::Reading);
+
+    /// Returns the reading of a perfect sensor.
+    fn reading(&mut self) -> Self::Reading;
+
+    /// Goes on for the time that an action is meant for.
+    fn act(&mut self, action: &[f32]);
+}
+
+/// A policy that is asked for actions of a plan.
+pub trait PlannedPolicy<R>: Send {
+    /// Hears of the tick in which it will be asked.
+    fn begin(&mut self, moment: Moment);
+
+    /// Returns the action for a reading.
+    fn action(&mut self, reading: &R) -> Vec<f32>;
+
+    /// Returns the actions for a reading and the times after it, one after the other, of a policy that
+    /// answers with chunks.
+    fn chunk_from(&mut self, reading: &R) -> Option<Vec<f32>>;
+
+    /// Returns a whole chunk for a reading, of a policy that has a model of its own.
+    fn whole_chunk(&mut self, reading: &R) -> Option<Arc<[f32]>>;
+
+    /// Returns why it has died in this tick, if it has.
+    fn crash(&mut self) -> Option<String>;
+
+    /// Returns the error of an answer to a reading that is not finite.
+    fn not_finite(&self, answer: f32, reading: &R) -> NodeError;
+
+    /// Replaces it by the policy called `name`; returns the name before.
+    ///
+    /// # Errors
+    /// The reason.
+    fn swap(&mut self, name: &str) -> Result<String, NodeError>;
+
+    /// Returns to the initial state.
+    ///
+    /// # Errors
+    /// The reason.
+    fn restart(&mut self) -> Result<(), NodeError>;
+}
+
 /// Plans chunks by a model, and remembers the chunks that are not played yet.
-pub struct ChunkPlanner {
-    pub(super) settings: ChunkSettings,
+pub struct ChunkPlanner<M> {
+    settings: ChunkSettings,
     /// The settings at its setup.
     first: ChunkSettings,
-    /// A cart-pole of the policy's own.
-    model: Body,
+    model: M,
+    /// What is played before the first chunk.
+    none: Vec<f32>,
     /// Its chunks, the newest last.
     own: VecDeque<OwnChunk>,
     last: Duration,
@@ -46,30 +89,29 @@ struct OwnChunk {
 
 impl OwnChunk {
     /// Returns its action for run time `at`: after its end the last one, before its start none.
-    fn action(&self, at: Time) -> f32 {
+    fn action(&self, of: ActionShape, at: Time) -> Option<&[f32]> {
         if at < self.origin {
-            return 0.0;
+            return None;
         }
-        let index = (at.since(self.origin).as_nanos() / ACTION_PERIOD.as_nanos()) as usize;
-        let action = self.actions.get(index).or(self.actions.last());
-        action.copied().unwrap_or_default()
+        let index = (at.since(self.origin).as_nanos() / of.period.as_nanos()) as usize;
+        let mut actions = self.actions.chunks_exact(of.width);
+        let last = actions.len().checked_sub(1)?;
+        actions.nth(index.min(last))
     }
 }
 
-impl ChunkPlanner {
-    /// Creates a planner without a chunk so far.
-    ///
-    /// # Errors
-    /// [`PlantError`] if MuJoCo refuses its model.
-    pub fn new(settings: &ChunkSettings) -> Result<Self, PlantError> {
-        Ok(Self {
+impl<M: PlanModel> ChunkPlanner<M> {
+    /// Creates a planner without a chunk so far, of a robot with the action `none` until then.
+    pub fn new(settings: &ChunkSettings, model: M, none: Vec<f32>) -> Self {
+        Self {
+            none,
             settings: *settings,
             first: *settings,
-            model: Body::model(settings.model.length)?,
+            model,
             own: VecDeque::new(),
             last: Duration::ZERO,
             longest: Duration::ZERO,
-        })
+        }
     }
 
     /// Hears how long the policy's last tick took.
@@ -88,8 +130,8 @@ impl ChunkPlanner {
     /// Plans for a `reading` of run time `origin`, in a tick that starts at `now`.
     pub fn chunk(
         &mut self,
-        policy: &mut dyn Policy,
-        reading: &Observation,
+        policy: &mut impl PlannedPolicy<M::Reading>,
+        reading: &M::Reading,
         origin: Time,
         now: Time,
     ) -> Chunk {
@@ -107,7 +149,8 @@ impl ChunkPlanner {
         let actions: Arc<[f32]> = match (policy.whole_chunk(reading), self.settings.plan) {
             (Some(actions), _) => actions,
             (None, PlanKind::Hold) => {
-                std::iter::repeat_n(policy.act(reading).0, self.settings.horizon.get()).collect()
+                let action = policy.action(reading);
+                action.repeat(self.settings.horizon.get()).into()
             }
             (None, PlanKind::Rollout) => self.rollout(policy, reading, origin, origin),
             (None, PlanKind::Committed) => self.rollout(policy, reading, origin, from),
@@ -131,39 +174,47 @@ impl ChunkPlanner {
     /// `from`.
     fn rollout(
         &mut self,
-        policy: &mut dyn Policy,
-        reading: &Observation,
+        policy: &mut impl PlannedPolicy<M::Reading>,
+        reading: &M::Reading,
         origin: Time,
         from: Time,
     ) -> Arc<[f32]> {
         self.model.place(reading);
-        let horizon = self.settings.horizon.get();
-        let (mut at, mut actions) = (origin, Vec::with_capacity(horizon));
-        while actions.len() < horizon {
+        let of = self.settings.of;
+        let size = self.settings.horizon.get() * of.width;
+        let (mut at, mut actions) = (origin, Vec::with_capacity(size));
+        while actions.len() < size {
             let action = if at < from {
-                Action(self.committed(at))
+                self.committed(at)
             } else {
-                let state = self.model.observation;
+                let state = self.model.reading();
                 if let Some(chunk) = policy.chunk_from(&state).filter(|chunk| !chunk.is_empty()) {
                     actions.extend(chunk);
                     break;
                 }
-                policy.act(&state)
+                policy.action(&state)
             };
-            self.model.control_step(action);
-            at = at + ACTION_PERIOD;
-            actions.push(action.0);
+            self.model.act(&action);
+            at = at + of.period;
+            actions.extend(action);
         }
-        let last = actions.last().copied().unwrap_or_default();
-        actions.resize(horizon, last);
+        // A short chunk ends with its last action, again and again.
+        let mut place = actions.len();
+        while let Some(before) = place.checked_sub(of.width).filter(|_| place < size) {
+            actions.push(actions[before]);
+            place += 1;
+        }
+        actions.truncate(size);
         actions.into()
     }
 
     /// Returns the action to be played at run time `at`, as far as the policy knows: that of its
     /// newest chunk which is played by then, or none.
-    fn committed(&self, at: Time) -> f32 {
+    fn committed(&self, at: Time) -> Vec<f32> {
+        let of = self.settings.of;
         let newest = self.own.iter().rev().find(|chunk| chunk.from <= at);
-        newest.map_or(0.0, |chunk| chunk.action(at))
+        let action = newest.and_then(|chunk| chunk.action(of, at));
+        action.map_or_else(|| self.none.clone(), <[f32]>::to_vec)
     }
 
     /// Keeps a chunk, and forgets the chunks that are too old for any plan.
@@ -176,22 +227,22 @@ impl ChunkPlanner {
 }
 
 /// Plans a chunk for the newest observation, with a policy that knows nothing of chunks.
-pub struct ChunkPolicy {
+pub struct ChunkPolicy<M: PlanModel, P> {
     /// The policy.
-    pub policy: Box<dyn Policy>,
+    pub policy: P,
     /// What it plans.
-    pub planner: ChunkPlanner,
+    pub planner: ChunkPlanner<M>,
     /// How long its ticks take.
     pub last_tick: LastTick,
     /// Subscription to `/obs`.
-    pub observations: Subscription<Observation>,
+    pub observations: Subscription<M::Reading>,
     /// Publisher of `/chunk`.
     pub chunks: Publisher<Chunk>,
     /// The requests that it ticks on, if it does not tick at a rate.
     pub requests: Option<Subscription<Request>>,
 }
 
-impl Node for ChunkPolicy {
+impl<M: PlanModel, P: PlannedPolicy<M::Reading>> Node for ChunkPolicy<M, P> {
     fn tick(&mut self, tick: &mut Tick) -> TickResult {
         if let Some(took) = self.last_tick.take() {
             self.planner.took(took);
@@ -202,14 +253,14 @@ impl Node for ChunkPolicy {
         let Some(sensed) = tick.read(&mut self.observations) else {
             return Ok(Flow::Continue); // No reading yet.
         };
-        let (policy, origin) = (&mut *self.policy, sensed.sensed());
+        let (policy, origin) = (&mut self.policy, sensed.sensed());
         let chunk = self.planner.chunk(policy, &sensed.data, origin, tick.now());
         if let Some(why) = self.policy.crash() {
             return Err(NodeCrash(why).into());
         }
         let finite = chunk.actions.iter().find(|action| !action.is_finite());
         if let Some(action) = finite {
-            return Err(NotFinite::new(self.policy.name(), Action(*action), sensed.data).into());
+            return Err(self.policy.not_finite(*action, &sensed.data));
         }
         tick.publish_from(&self.chunks, chunk, &sensed);
         Ok(Flow::Continue)
@@ -217,7 +268,7 @@ impl Node for ChunkPolicy {
 
     /// Replaces the policy by the named one, if it supports that.
     fn on_order(&mut self, text: &str) -> Result<String, NodeError> {
-        Ok(self.policy.swap(text)?)
+        self.policy.swap(text)
     }
 
     fn set_parameter(&mut self, name: &str, value: &str, _: Time) -> Result<String, NodeError> {
@@ -231,110 +282,6 @@ impl Node for ChunkPolicy {
     fn restart(&mut self) -> Result<(), NodeError> {
         self.planner.restart();
         self.last_tick.take();
-        Ok(self.policy.restart()?)
+        self.policy.restart()
     }
-}
-
-/// The plans of a policy that answers with chunks.
-pub(crate) const PLANNING: Planning = Planning {
-    plans: CHUNK,
-    plan,
-    steps: PLAYER_STEP,
-    step,
-    played: ACTION,
-    action: |row| row.first().copied().unwrap_or(f64::NAN),
-    most: 1.0,
-    longer,
-    expecting,
-    spoilers: SPOILERS,
-};
-
-/// The settings of chunks that count for a whole run.
-pub(crate) const FIXED: &[[&str; 2]] = &[
-    [POLICY, ChunkSettings::CHUNK],
-    [POLICY, "model"],
-    [PLAYER, "refill"],
-];
-
-/// What makes plans wrong, whatever the delay.
-const SPOILERS: &[Spoiler] = &[
-    Spoiler {
-        node: PLAYER,
-        name: "merge",
-        usual: "newest",
-        sound: "newest",
-        told: "merge {} averages old plans",
-    },
-    Spoiler {
-        node: POLICY,
-        name: "plan",
-        usual: "rollout",
-        sound: "committed",
-        told: "the policy's {} plans miss what is played meanwhile",
-    },
-    Spoiler {
-        node: PLAYER,
-        name: "play",
-        usual: "time",
-        sound: "time",
-        told: "play {} plays late what was meant for now",
-    },
-    Spoiler {
-        node: POLICY,
-        name: "model",
-        usual: "length:1",
-        sound: "length:1",
-        told: "the policy predicts wrongly: its model of the plant is {}",
-    },
-    Spoiler {
-        node: ACTUATOR,
-        name: DISTURB,
-        usual: "0",
-        sound: "0",
-        told: "the plant is disturbed: at random, by {} N",
-    },
-];
-
-/// Returns the knob for chunks of at least `needed` actions, in tens.
-fn longer(needed: usize) -> Knob {
-    let actions = needed.next_multiple_of(10).min(Horizon::MAX);
-    policy_knob(ChunkSettings::CHUNK, actions.to_string())
-}
-
-/// Returns the knob for chunks that are expected after this delay, to the millisecond.
-fn expecting(delay: Duration) -> Knob {
-    policy_knob("expect-delay", delay.as_millis().to_string())
-}
-
-fn policy_knob(name: &str, value: String) -> Knob {
-    Knob::Parameter {
-        node: POLICY.to_owned(),
-        name: name.to_owned(),
-        value,
-    }
-}
-
-fn plan(head: &Head, row: &[f64]) -> Option<ActionPlan> {
-    let chunk = Chunk::from_row(row)?;
-    let actions = chunk.actions.iter();
-    Some(ActionPlan {
-        kind: chunk.plan.into(),
-        made: chunk.made,
-        expected: chunk.expected,
-        begins: head.origin?,
-        period: ACTION_PERIOD,
-        actions: actions.map(|action| f64::from(*action)).collect(),
-    })
-}
-
-fn step(row: &[f64]) -> Option<PlayStep> {
-    let step = PlayerStep::from_row(row)?;
-    let predicted = Duration::from_nanos(step.predicted as u64);
-    Some(PlayStep {
-        newest: step.chunk as u64,
-        took: step.taken > 0.0,
-        stalls: step.stalls > 0.0,
-        period: ACTION_PERIOD,
-        predicted: (step.played > 0.0).then_some(predicted),
-    })
 }

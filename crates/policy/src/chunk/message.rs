@@ -6,7 +6,7 @@ use ratelab::Time;
 use ratelab_metrics::{Fields, fields};
 use strum::VariantArray;
 
-use super::settings::{Horizon, PlanKind};
+use super::settings::PlanKind;
 
 /// Name of the topic from policy to player.
 pub const CHUNK: &str = "/chunk";
@@ -26,30 +26,20 @@ pub struct Chunk {
     pub expected: Duration,
     /// How it was planned.
     pub plan: PlanKind,
-    /// The actions, as shares of the motor's force.
+    /// The actions, one after the other.
     pub actions: Arc<[f32]>,
 }
 
-/// The numbers of a chunk of the longest [`Horizon`]; a run's chunks have the first of these.
-static NAMES: [&str; Chunk::HEAD + Horizon::MAX] = {
-    let mut names = ["action (share of 10 N)"; Chunk::HEAD + Horizon::MAX];
-    names[0] = "made (ns)";
-    names[1] = "expected delay (ns)";
-    names[2] = "plan (0 hold, 1 rollout, 2 committed)";
-    names
-};
-
 impl Chunk {
     /// Depth of the topic: it loses none, whatever holds the player up.
-    pub(crate) const DEPTH: usize = 10_000;
+    pub const DEPTH: usize = 10_000;
 
-    /// The numbers before its actions.
-    pub(super) const HEAD: usize = 3;
-
-    /// Returns the names of the numbers of a chunk of `horizon` actions.
-    pub(crate) fn names(horizon: Horizon) -> impl Iterator<Item = &'static str> {
-        NAMES.into_iter().take(Self::HEAD + horizon.get())
-    }
+    /// The names of the numbers before its actions.
+    pub const HEAD: [&str; 3] = [
+        "made (ns)",
+        "expected delay (ns)",
+        "plan (0 hold, 1 rollout, 2 committed)",
+    ];
 }
 
 impl Fields for Chunk {
@@ -64,7 +54,7 @@ impl Fields for Chunk {
     }
 
     fn from_row(row: &[f64]) -> Option<Self> {
-        let (&[made, expected, plan], actions) = row.split_first_chunk::<{ Self::HEAD }>()?;
+        let (&[made, expected, plan], actions) = row.split_first_chunk::<{ Self::HEAD.len() }>()?;
         Some(Self {
             made: Time::from_nanos(made as u64),
             expected: Duration::from_nanos(expected as u64),

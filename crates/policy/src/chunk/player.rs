@@ -1,21 +1,25 @@
 //! Plays chunks, and counts what was played.
 
-use ratelab::{Flow, Node, NodeError, Publisher, Subscription, Tick, TickResult, Time};
+use ratelab::{Flow, Node, NodeError, Payload, Publisher, Subscription, Tick, TickResult, Time};
 use ratelab_metrics::Fields;
 use ratelab_system::{FigureValue, RunTally, SystemFigure};
 
 use super::{
-    ACTION_PERIOD,
     message::{CHUNK, Chunk, PLAYER_STEP, PlayerStep, Request},
     queue::{History, Planned, PlayQueue},
     settings::{ChunkSettings, PlanKind, replace},
 };
-use crate::Action;
 
-/// Plays chunks: every 20 ms one action.
-pub struct Player {
+/// An action as a message.
+pub trait PlayedAction: Payload {
+    /// Returns the action with these numbers.
+    fn from_numbers(numbers: &[f32]) -> Self;
+}
+
+/// Plays chunks: one action in each of their periods.
+pub struct Player<A> {
     chunks: Subscription<Chunk>,
-    actions: Publisher<Action>,
+    actions: Publisher<A>,
     steps: Publisher<PlayerStep>,
     /// Publisher of `/request`, if the policy ticks on that.
     requests: Option<Publisher<Request>>,
@@ -33,12 +37,12 @@ pub struct Player {
     pending: Option<(Planned, PlayerStep)>,
 }
 
-impl Player {
+impl<A: PlayedAction> Player<A> {
     /// Creates a player without a chunk so far.
     pub fn new(
         settings: &ChunkSettings,
         chunks: Subscription<Chunk>,
-        actions: Publisher<Action>,
+        actions: Publisher<A>,
         steps: Publisher<PlayerStep>,
         requests: Option<Publisher<Request>>,
     ) -> Self {
@@ -49,8 +53,8 @@ impl Player {
             requests,
             asked: None,
             settings: *settings,
-            queue: PlayQueue::new(settings.play, settings.merge),
-            history: History::default(),
+            queue: PlayQueue::new(settings.of, settings.play, settings.merge),
+            history: History::new(settings.of.width),
             has_begun: false,
             seam: false,
             pending: None,
@@ -81,8 +85,8 @@ impl Player {
             return;
         };
         let left = self.queue.left(now, &self.history);
-        let horizon = self.settings.horizon;
-        let waits = |asked: &Time| !took && *asked + horizon.duration() > now;
+        let (horizon, lasts) = (self.settings.horizon, self.settings.duration());
+        let waits = |asked: &Time| !took && *asked + lasts > now;
         self.asked = self.asked.filter(waits);
         if left <= share * horizon.get() as f64 && self.asked.is_none() {
             self.asked = Some(now);
@@ -96,14 +100,22 @@ impl Player {
         let as_planned = newest
             .filter(|taken| taken.chunk.plan != PlanKind::Hold)
             .map_or(0, |taken| taken.as_planned(&self.history));
-        let last = self.history.last.map(f64::from);
+        let last = self.history.last.as_ref();
         PlayerStep {
             played: 1.0,
-            predicted: as_planned as f64 * ACTION_PERIOD.as_nanos() as f64,
-            change: last.map_or(f64::NAN, |last| (f64::from(planned.action) - last).abs()),
+            predicted: as_planned as f64 * self.settings.of.period.as_nanos() as f64,
+            change: last.map_or(f64::NAN, |last| greatest_change(last, &planned.action)),
             ..PlayerStep::default()
         }
     }
+}
+
+/// Returns how far the number that changes most is from what it was.
+fn greatest_change(before: &[f32], now: &[f32]) -> f64 {
+    let changes = before.iter().zip(now);
+    changes
+        .map(|(before, now)| (f64::from(*now) - f64::from(*before)).abs())
+        .fold(0.0, f64::max)
 }
 
 /// Returns the delay of a chunk that a tick at `now` takes, less the expected one (ns).
@@ -113,7 +125,7 @@ fn delay_error(chunk: &Chunk, now: Time) -> f64 {
     late - expected.since(now).as_nanos() as f64
 }
 
-impl Node for Player {
+impl<A: PlayedAction> Node for Player<A> {
     fn tick(&mut self, tick: &mut Tick) -> TickResult {
         let now = tick.now();
         let mut step = PlayerStep::default();
@@ -138,7 +150,11 @@ impl Node for Player {
                 ..self.played(planned)
             };
             self.pending = Some((planned.clone(), step));
-            tick.publish_from(&self.actions, Action(planned.action), planned.cause());
+            tick.publish_from(
+                &self.actions,
+                A::from_numbers(&planned.action),
+                planned.cause(),
+            );
         }
         let action = planned.map(|planned| planned.action);
         self.history.begin(now, action);
@@ -147,7 +163,7 @@ impl Node for Player {
 
     fn apply(&mut self, tick: &mut Tick) -> TickResult {
         if let Some((planned, mut step)) = self.pending.take() {
-            self.history.publish(planned.action);
+            self.history.publish(planned.action.clone());
             step.used = planned.take_parts() as f64;
             step.seam = f64::from(std::mem::take(&mut self.seam));
             tick.publish_new(&self.steps, step);
@@ -165,7 +181,7 @@ impl Node for Player {
 
     /// It has forgotten its chunks, what it played, and its settings.
     fn restart(&mut self) -> Result<(), NodeError> {
-        self.queue = PlayQueue::new(self.settings.play, self.settings.merge);
+        self.queue = PlayQueue::new(self.settings.of, self.settings.play, self.settings.merge);
         self.has_begun = false;
         self.asked = None;
         self.history.restart(self.pending.take().is_some());
@@ -175,7 +191,9 @@ impl Node for Player {
 
 /// Adds up what the policy computed and what the player did.
 #[derive(Debug, Default)]
-pub(crate) struct ChunkTally {
+pub struct ChunkTally {
+    /// The numbers of an action.
+    width: usize,
     computed: u64,
     used: u64,
     stalls: u64,
@@ -211,6 +229,14 @@ fn mean(sum: f64, count: u64) -> Option<f64> {
 }
 
 impl ChunkTally {
+    /// Creates one for actions of `width` numbers.
+    pub fn new(width: usize) -> Self {
+        Self {
+            width,
+            ..Self::default()
+        }
+    }
+
     fn step(&mut self, step: &PlayerStep) {
         if step.taken > 0.0 {
             self.most_delay_error = match self.taken {
@@ -244,7 +270,10 @@ impl RunTally for ChunkTally {
 
     fn message(&mut self, topic: &str, row: &[f64]) {
         match topic {
-            CHUNK => self.computed += row.len().saturating_sub(Chunk::HEAD) as u64,
+            CHUNK => {
+                let numbers = row.len().saturating_sub(Chunk::HEAD.len());
+                self.computed += (numbers / self.width.max(1)) as u64;
+            }
             _ => {
                 if let Some(step) = PlayerStep::from_row(row) {
                     self.step(&step);

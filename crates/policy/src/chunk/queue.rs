@@ -12,11 +12,10 @@ use ratelab::{Cause, Message, Time};
 use strum::VariantArray;
 
 use super::{
-    ACTION_PERIOD,
+    ChunkError,
     message::Chunk,
-    settings::{Horizon, Merge, PlayKind, replace},
+    settings::{ActionShape, Horizon, Merge, PlayKind, replace},
 };
-use crate::ParameterError;
 
 /// The most chunks that are kept, more than any queue of them holds.
 const MAX_CHUNKS: usize = 1 << 16;
@@ -24,6 +23,7 @@ const MAX_CHUNKS: usize = 1 << 16;
 /// A chunk that the player has taken.
 pub(super) struct Taken {
     pub(super) chunk: Chunk,
+    of: ActionShape,
     pub(super) seq: u64,
     pub(super) origin: Time,
     /// What an action of it is derived from.
@@ -35,13 +35,19 @@ pub(super) struct Taken {
 }
 
 impl Taken {
-    fn new(message: Message<Chunk>, at: Time) -> Self {
+    fn new(message: Message<Chunk>, of: ActionShape, at: Time) -> Self {
         Self {
+            of,
             seq: message.seq,
             origin: message.sensed(),
             cause: message.cause(),
             at,
-            used: message.data.actions.iter().map(|_| false.into()).collect(),
+            used: message
+                .data
+                .actions
+                .chunks_exact(of.width)
+                .map(|_| false.into())
+                .collect(),
             chunk: message.data,
         }
     }
@@ -49,22 +55,27 @@ impl Taken {
     /// Returns the place of the action that is meant for run time `now`: before the first one
     /// negative.
     pub(super) fn place_by_time(&self, now: Time) -> i64 {
-        periods(self.origin, now)
+        periods(self.of, self.origin, now)
     }
 
     /// Returns the place of the action to be played at `now`.
     fn place(&self, play: PlayKind, now: Time, history: &History) -> i64 {
         match play {
             PlayKind::Time => self.place_by_time(now),
-            PlayKind::Arrival => periods(self.at, now),
+            PlayKind::Arrival => periods(self.of, self.at, now),
             PlayKind::Executed => history.executed(self.origin) as i64,
         }
     }
 
     /// Returns the action at this place, if any.
-    pub(super) fn action(&self, place: i64) -> Option<f32> {
+    pub(super) fn action(&self, place: i64) -> Option<&[f32]> {
         let place = usize::try_from(place).ok()?;
-        self.chunk.actions.get(place).copied()
+        self.chunk.actions.chunks_exact(self.of.width).nth(place)
+    }
+
+    /// Returns the number of its actions.
+    fn len(&self) -> i64 {
+        self.used.len() as i64
     }
 
     /// Returns the number of ticks after its reading in which the planned action was played.
@@ -74,23 +85,23 @@ impl Taken {
             .partition_point(|tick| tick.start < self.origin);
         let meant = history.ticks.iter().skip(first).map_while(|tick| {
             let meant = self.action(self.place_by_time(tick.start))?;
-            Some(meant == tick.action)
+            Some(*meant == *tick.action)
         });
         meant.filter(|as_planned| *as_planned).count()
     }
 }
 
 /// Whole periods of actions from one run time to another.
-fn periods(from: Time, to: Time) -> i64 {
+fn periods(of: ActionShape, from: Time, to: Time) -> i64 {
     let [from, to] = [from, to].map(|time| i128::from(time.as_nanos()));
-    let periods = (to - from).div_euclid(ACTION_PERIOD.as_nanos() as i128);
+    let periods = (to - from).div_euclid(of.period.as_nanos() as i128);
     periods.clamp(i64::MIN.into(), i64::MAX.into()) as i64
 }
 
 /// An action to be played.
 #[derive(Clone)]
 pub(super) struct Planned {
-    pub(super) action: f32,
+    pub(super) action: Box<[f32]>,
     /// Run time of the reading behind it (ns), a mean if there are several.
     origin: f64,
     /// The newest chunk that went into it.
@@ -102,7 +113,7 @@ pub(super) struct Planned {
 impl Planned {
     fn one(taken: &Arc<Taken>, place: i64) -> Option<Self> {
         Some(Self {
-            action: taken.action(place)?,
+            action: taken.action(place)?.into(),
             origin: taken.origin.as_nanos() as f64,
             newest: taken.clone(),
             parts: vec![(taken.clone(), place as usize)],
@@ -114,7 +125,12 @@ impl Planned {
     fn blended(self, weight: f64, before: Self) -> Self {
         let mean = |new: f64, old: f64| weight * new + (1.0 - weight) * old;
         Self {
-            action: mean(self.action.into(), before.action.into()) as f32,
+            action: self
+                .action
+                .iter()
+                .zip(&before.action)
+                .map(|(new, old)| mean((*new).into(), (*old).into()) as f32)
+                .collect(),
             origin: mean(self.origin, before.origin),
             newest: if before.newest.seq > self.newest.seq {
                 before.newest
@@ -143,8 +159,8 @@ impl Planned {
 }
 
 /// The chunks that were taken, and what is planned of them.
-#[derive(Default)]
 pub(super) struct PlayQueue {
+    of: ActionShape,
     pub(super) play: PlayKind,
     merge: Merge,
     /// The newest last.
@@ -154,11 +170,13 @@ pub(super) struct PlayQueue {
 }
 
 impl PlayQueue {
-    pub(super) fn new(play: PlayKind, merge: Merge) -> Self {
+    pub(super) fn new(of: ActionShape, play: PlayKind, merge: Merge) -> Self {
         Self {
+            of,
             play,
             merge,
-            ..Self::default()
+            taken: VecDeque::new(),
+            blended: VecDeque::new(),
         }
     }
 
@@ -169,7 +187,7 @@ impl PlayQueue {
 
     /// Merges in this way from now on; returns the one before. A blend begins with the next
     /// chunk.
-    pub(super) fn set_merge(&mut self, text: &str) -> Result<String, ParameterError> {
+    pub(super) fn set_merge(&mut self, text: &str) -> Result<String, ChunkError> {
         let before = replace(&mut self.merge, text)?;
         if !matches!(self.merge, Merge::Blend(_)) {
             self.blended.clear();
@@ -180,7 +198,7 @@ impl PlayQueue {
     /// Returns the number of actions of the newest chunk that are left at `now`, this one included.
     pub(super) fn left(&self, now: Time, history: &History) -> f64 {
         self.newest().map_or(0.0, |newest| {
-            let end = newest.chunk.actions.len() as i64;
+            let end = newest.len();
             (end - newest.place(self.play, now, history)).clamp(0, end) as f64
         })
     }
@@ -192,7 +210,7 @@ impl PlayQueue {
 
     /// Takes a chunk in the tick that starts at `now`.
     pub(super) fn take(&mut self, message: Message<Chunk>, now: Time, history: &History) {
-        let taken = Arc::new(Taken::new(message, now));
+        let taken = Arc::new(Taken::new(message, self.of, now));
         if let Merge::Blend(weight) = self.merge {
             self.blend(&taken, taken.place(self.play, now, history), weight);
         }
@@ -205,7 +223,7 @@ impl PlayQueue {
     /// Plans this tick and the next ones by a chunk whose action at `place` is for now.
     fn blend(&mut self, taken: &Arc<Taken>, place: i64, weight: f64) {
         let mut before = std::mem::take(&mut self.blended).into_iter();
-        let last = taken.chunk.actions.len() as i64 - place;
+        let last = taken.len() - place;
         for ahead in 0..last.min(2 * Horizon::MAX as i64) {
             let old = before.next().flatten();
             let new = Planned::one(taken, place + ahead);
@@ -232,19 +250,21 @@ impl PlayQueue {
     /// Returns the weighted mean of all chunks with an action for now.
     fn ensemble(&self, now: Time, decay: f64, history: &History) -> Option<Planned> {
         let at = |taken: &Arc<Taken>| Planned::one(taken, taken.place(self.play, now, history));
-        let (mut weights, mut actions, mut ages) = (0.0, 0.0, 0.0);
+        let (mut weights, mut actions, mut ages) = (0.0, vec![0.0; self.of.width], 0.0);
         let (mut newest, mut parts) = (None, Vec::new());
         for (number, mut one) in self.taken.iter().filter_map(at).enumerate() {
             let weight = (-decay * number as f64).exp();
             weights += weight;
-            actions += weight * f64::from(one.action);
+            for (sum, action) in actions.iter_mut().zip(&one.action) {
+                *sum += weight * f64::from(*action);
+            }
             ages += weight * (now.as_nanos() as f64 - one.origin);
             parts.append(&mut one.parts);
             newest = Some(one.newest);
         }
         let age = (ages / weights).round_ties_even();
         Some(Planned {
-            action: (actions / weights) as f32,
+            action: actions.iter().map(|sum| (sum / weights) as f32).collect(),
             origin: now.as_nanos() as f64 - age,
             newest: newest?,
             parts,
@@ -255,7 +275,7 @@ impl PlayQueue {
     fn drop_played(&mut self, now: Time, history: &History) {
         while self.taken.len() > 1
             && self.taken.front().is_some_and(|oldest| {
-                let end = oldest.chunk.actions.len() as i64;
+                let end = oldest.len();
                 PlayKind::VARIANTS
                     .iter()
                     .all(|kind| oldest.place(*kind, now, history) >= end)
@@ -270,27 +290,44 @@ impl PlayQueue {
 const MAX_TICKS: usize = 1 << 17;
 
 /// What the player played. Figures of the run are made of it, so it outlives a crash.
-#[derive(Default)]
 pub(super) struct History {
+    /// The action before the first one.
+    none: Box<[f32]>,
     pub(super) ticks: VecDeque<PlayedTick>,
     /// Number of published actions.
     published: u64,
     /// Number of actions before its last restart.
     forgotten: u64,
     /// The last one.
-    pub(super) last: Option<f32>,
+    pub(super) last: Option<Box<[f32]>>,
 }
 
 /// A tick of the player.
 pub(super) struct PlayedTick {
     pub(super) start: Time,
     /// The action that it published, or else the one before; its cost left aside.
-    pub(super) action: f32,
+    pub(super) action: Box<[f32]>,
     /// Number of actions published before.
     before: u64,
 }
 
 impl History {
+    /// Creates one of actions of `width` numbers, without any so far.
+    pub(super) fn new(width: usize) -> Self {
+        Self {
+            none: vec![0.0; width].into(),
+            ticks: VecDeque::new(),
+            published: 0,
+            forgotten: 0,
+            last: None,
+        }
+    }
+
+    /// Returns the action that is held.
+    fn held(&self) -> Box<[f32]> {
+        self.last.as_ref().unwrap_or(&self.none).clone()
+    }
+
     /// Returns the number of actions that were published in ticks which started at `since` or
     /// later, as far as the player remembers.
     pub(super) fn executed(&self, since: Time) -> u64 {
@@ -300,19 +337,19 @@ impl History {
     }
 
     /// Adds a tick, with its action if any.
-    pub(super) fn begin(&mut self, start: Time, action: Option<f32>) {
+    pub(super) fn begin(&mut self, start: Time, action: Option<Box<[f32]>>) {
         if self.ticks.len() == MAX_TICKS {
             self.ticks.pop_front();
         }
         self.ticks.push_back(PlayedTick {
             start,
-            action: action.or(self.last).unwrap_or_default(),
+            action: action.unwrap_or_else(|| self.held()),
             before: self.published,
         });
     }
 
     /// The action of the last tick is published.
-    pub(super) fn publish(&mut self, action: f32) {
+    pub(super) fn publish(&mut self, action: Box<[f32]>) {
         self.published += 1;
         self.last = Some(action);
     }
@@ -320,8 +357,9 @@ impl History {
     /// The player begins anew; its last tick came to nothing if it was `cut_off`.
     pub(super) fn restart(&mut self, cut_off: bool) {
         self.forgotten = self.published;
+        let held = self.held();
         if let Some(tick) = self.ticks.back_mut().filter(|_| cut_off) {
-            tick.action = self.last.unwrap_or_default();
+            tick.action = held;
         }
     }
 }
