@@ -218,6 +218,14 @@ pub struct Head {
     pub dropped: u64,
 }
 
+impl Head {
+    /// Returns the time of the sensing that the message was derived from, by the clock of that stamp.
+    #[inline]
+    pub fn sensed(&self) -> Time {
+        self.origin.unwrap_or(self.stamp)
+    }
+}
+
 /// What a message was derived from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Derived {

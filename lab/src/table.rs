@@ -8,7 +8,7 @@ use std::{iter, sync::Arc};
 
 use ratelab::{Head, MessageId, Time};
 use ratelab_experiment::RunAge;
-use ratelab_metrics::{Lineage, TickPlace, TickRecord, TracedTick, nanos, sensing_of};
+use ratelab_metrics::{Lineage, TickPlace, TickRecord, TracedTick, nanos};
 use ratelab_recording::{Recording, Replay, printable::row_of};
 use ratelab_system::{System, names::key};
 
@@ -258,7 +258,7 @@ impl RunTables {
                 heads.get(index).filter(|head| head.seq == read.seq)
             })
             .map(|head| {
-                let sensed = sensing_of(head);
+                let sensed = head.sensed();
                 let age = between(sensed, worked.tick.at);
                 [head.seq.to_string(), seconds(sensed), age]
             });
@@ -375,7 +375,7 @@ impl RunTables {
 
     /// Returns a message of a topic without its numbers.
     fn head(&self, topic: usize, head: &Head) -> [String; TOPIC_COLUMNS.len()] {
-        let sensed = sensing_of(head);
+        let sensed = head.sensed();
         let seq = head.seq;
         let made =
             self.lineage

@@ -23,7 +23,7 @@ fn played(text: &str) -> (Lineage, usize, f64) {
         heads.for_each(|head| lineage.message(topic, head));
     }
     let lineage = settled(lineage, &ticks);
-    let acts = acting(&*system, &topology).expect("a chain");
+    let acts = acting_node(&*system, &topology).expect("a chain");
     let snapshot = observer.snapshot();
     let age = snapshot.nodes[acts].push_age.saw().expect("pushes");
     let mean = age.mean_s(snapshot.now).expect("some time") * 1e9;

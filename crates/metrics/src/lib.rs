@@ -17,7 +17,7 @@ mod fields;
 mod lineage;
 mod node;
 mod replay_accounts;
-mod saw;
+mod sawtooth;
 mod tap;
 mod tap_handle;
 mod topic;
@@ -27,11 +27,11 @@ pub use distribution::Distribution;
 pub use fields::{Fields, Rows};
 pub use lineage::{
     AgeOverTime, AgePart, AgeParts, AgeStage, Chain, Lineage, PushInForce, TickPlace, TickWait,
-    TracedTick, WaitsFor, mean_parts, nanos, sensing_of,
+    TracedTick, WaitsFor, mean_parts, nanos,
 };
 pub use node::{NodeAccount, TickCauses, TickRecord, TopicRead};
 pub use replay_accounts::ReplayAccounts;
-pub use saw::{LATELY, LateAge, PushAge, Saw};
+pub use sawtooth::{LATELY, LateAge, PushAge, Sawtooth};
 pub use tap::{Copies, Tap, TapMessage};
 pub use tap_handle::{
     NamedTopic, RecordedTopic, RowInlet, RowListener, RowReader, RowTap, RunRow, TapHandle,

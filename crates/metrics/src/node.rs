@@ -7,7 +7,7 @@ use ratelab::{
 };
 use smallvec::SmallVec;
 
-use crate::{distribution::Distribution, saw::PushAge};
+use crate::{distribution::Distribution, sawtooth::PushAge};
 
 /// What the records of a node add up to.
 #[derive(Clone, Debug)]

@@ -2,8 +2,8 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use ratelab::Time;
-use ratelab_metrics::{LATELY, Lineage, PushAge, Saw, Snapshot, sensing_of};
+use ratelab::{Head, Time};
+use ratelab_metrics::{LATELY, Lineage, PushAge, Sawtooth, Snapshot};
 use ratelab_system::System;
 
 use crate::age::AgeData;
@@ -17,7 +17,7 @@ pub struct PushAges {
     /// Whether states have all of it; `None` before the first look at the graph.
     by_states: Option<bool>,
     /// The age from the newest state on.
-    newest: Option<Saw>,
+    newest: Option<Sawtooth>,
     /// Run times and the integral of the age until then (s²).
     areas: VecDeque<(Time, f64)>,
     /// The last second, as the newest sample has it: exact however rarely one samples.
@@ -46,7 +46,9 @@ impl PushAges {
             return;
         }
         let before = self.newest;
-        let newest = before.map_or(Saw::new(at, sensed), |before| before.drop_to(at, sensed));
+        let newest = before.map_or(Sawtooth::new(at, sensed), |before| {
+            before.drop_to(at, sensed)
+        });
         let peak = before.map(|before| (at.as_secs_f64(), before.age(at).as_secs_f64() * 1e3));
         self.saw.extend(peak);
         self.newest = Some(newest);
@@ -66,7 +68,7 @@ impl PushAges {
         }
     }
 
-    fn add(&mut self, age: Saw, at: Time) {
+    fn add(&mut self, age: Sawtooth, at: Time) {
         self.areas.push_back((at, age.area_s2(at)));
         self.saw
             .push_back((at.as_secs_f64(), age.age(at).as_secs_f64() * 1e3));
@@ -164,7 +166,7 @@ pub fn greatest(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Option<
     let reaction = lineage
         .sent(source)
         .rev()
-        .map(sensing_of)
+        .map(Head::sensed)
         .take_while(|sensed| *sensed >= oldest)
         .filter_map(|sensed| {
             pushes

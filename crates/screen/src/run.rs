@@ -9,7 +9,7 @@ use std::{
 use ratelab::{Head, Knob};
 use ratelab_experiment::{Config, Summary};
 use ratelab_metrics::{Lineage, Observer, Rows, TickRecord};
-use ratelab_system::{Signal, System, plant};
+use ratelab_system::{Signal, System, plant_topic};
 
 use crate::frame::Place;
 
@@ -42,7 +42,7 @@ pub fn signal(system: &dyn System) -> Option<Signal> {
 pub fn signal_is_push_age(system: &dyn System) -> bool {
     let of_chains =
         signal(system).is_some_and(|signal| system.chains_topic() == Some(&*signal.topic));
-    of_chains && plant(system).is_none()
+    of_chains && plant_topic(system).is_none()
 }
 
 /// What can be read of a run.

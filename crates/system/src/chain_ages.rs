@@ -7,7 +7,7 @@
 use std::time::Duration;
 
 use ratelab::{Time, millis::to_millis as ms};
-use ratelab_metrics::{Fields, Saw};
+use ratelab_metrics::{Fields, Sawtooth};
 
 /// Maximum number of chains of a graph.
 pub const MAX_CHAINS: usize = 64;
@@ -66,7 +66,7 @@ pub(crate) struct ChainAges(Vec<ChainAge>);
 struct ChainAge {
     limit: Option<Duration>,
     /// `None` before the first output.
-    saw: Option<Saw>,
+    saw: Option<Sawtooth>,
     /// Run time up to which the time within the limit goes.
     until: Time,
     within: Duration,
@@ -85,8 +85,8 @@ impl ChainAge {
     }
 
     fn output(&mut self, origin: Time) {
-        let next = |saw: Saw| saw.drop_to(self.until, origin);
-        self.saw = Some(self.saw.map_or(Saw::new(self.until, origin), next));
+        let next = |saw: Sawtooth| saw.drop_to(self.until, origin);
+        self.saw = Some(self.saw.map_or(Sawtooth::new(self.until, origin), next));
     }
 
     fn age(&self, now: Time) -> f64 {

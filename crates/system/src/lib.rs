@@ -93,7 +93,7 @@ pub use planning::{ActionPlan, BarPart, PlanBar, PlanBars, Planning, PlayStep, S
 pub use robot::{
     GeomRecord, JointValues, Joints, Picture, PlantRecord, RobotInfo, Shape, StateTable, Style,
 };
-pub use system::{LibraryGraph, System, acting, plant};
+pub use system::{LibraryGraph, System, acting_node, plant_topic};
 pub use world::{
     SharedWorld, StepInput, StepMs, World, WorldError, WorldKind, depends_on_the_world,
 };

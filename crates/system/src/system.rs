@@ -164,13 +164,13 @@ impl dyn System + '_ {
 }
 
 /// Returns the topic of the states of a plant; `None` for a graph around data only.
-pub fn plant(system: &dyn System) -> Option<&str> {
+pub fn plant_topic(system: &dyn System) -> Option<&str> {
     let state = system.states_topic();
     state.filter(|state| Some(*state) != system.chains_topic())
 }
 
 /// Returns the index of the node of `graph` with the [latency](About::latency) of `system`.
-pub fn acting(system: &dyn System, graph: &Topology) -> Option<usize> {
+pub fn acting_node(system: &dyn System, graph: &Topology) -> Option<usize> {
     let (acts, _) = system.latency()?;
     graph.node(acts)
 }

@@ -14,7 +14,7 @@ use std::{ffi::OsString, path::PathBuf};
 
 use clap::{Arg, ArgMatches, Args, FromArgMatches, Subcommand, ValueHint, error::ErrorKind};
 use clap_complete::Shell;
-use ratelab_system::plant;
+use ratelab_system::plant_topic;
 
 use crate::program::{self, Program};
 use ratelab_recording::printable::in_line;
@@ -235,7 +235,7 @@ pub fn command(program: &Program) -> clap::Command {
 fn without_effectless(command: clap::Command, program: &Program) -> clap::Command {
     let of_world = ["world", "world_step_ms"];
     let of_clocks = ["clock", "realtime", "speed"];
-    let has_plant = plant(&*program.system).is_some();
+    let has_plant = plant_topic(&*program.system).is_some();
     let is_virtual = ["advise", "check", "hunt", "margins"].contains(&command.get_name());
     command.mut_args(|arg| {
         let id = arg.get_id().as_str();

@@ -11,7 +11,7 @@ use std::time::Duration;
 use ratelab::{Knob, KnobKind};
 use ratelab_experiment::Summary;
 use ratelab_metrics::NodeAccount;
-use ratelab_system::{System, WorldKind, depends_on_the_world, plant};
+use ratelab_system::{System, WorldKind, depends_on_the_world, plant_topic};
 
 /// How many digits the figures of a run have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,7 +79,7 @@ pub fn world(system: &dyn System, summary: &Summary) -> Option<String> {
             step_ms.get()
         )),
         WorldKind::Course => {
-            plant(system)?;
+            plant_topic(system)?;
             knobs(summary).find(depends_on_the_world)?;
             Some("course: it waits for the actuator, whatever is late or lost".to_owned())
         }

@@ -10,7 +10,7 @@ use ratelab_recording::FinishedRecording;
 use ratelab_system::{
     Alias, DataChain, KnobText, System, SystemFigure,
     names::{self, label, node_label, rate_alias, short_value},
-    plant,
+    plant_topic,
 };
 
 use super::{
@@ -306,7 +306,7 @@ fn turns(rates: &[Hz]) -> impl Iterator<Item = Hz> {
 }
 
 fn verdict(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
-    let steps = match plant(system) {
+    let steps = match plant_topic(system) {
         Some(_) => plant_steps(summary) + " in ",
         None => String::new(),
     };

@@ -6,7 +6,7 @@ use prost::Message;
 use ratelab::{Head, MessageId, Time};
 use ratelab_metrics::{Lineage, TickWait, TracedTick, WaitsFor};
 use ratelab_recording::{Recording, end_of};
-use ratelab_system::{PlanBar, System, acting};
+use ratelab_system::{PlanBar, System, acting_node};
 
 use perfetto::{
     CounterDescriptor, DebugAnnotation, Trace, TracePacket, TrackDescriptor, TrackEvent,
@@ -168,7 +168,7 @@ fn plans(tracks: &mut Tracks, topic: &str, lanes: &[Vec<PlanBar>]) {
 fn counters(tracks: &mut Tracks, recording: &Recording, lineage: &Lineage, system: &dyn System) {
     let topology = lineage.topology();
     let group = tracks.group("counters");
-    if let Some(node) = acting(system, topology) {
+    if let Some(node) = acting_node(system, topology) {
         let counter = tracks.counter(group, "age of the push", "ms");
         for (at, ms) in saw(lineage, node, recording.until) {
             tracks.count(counter, at, ms);

@@ -180,17 +180,22 @@ fn field(line: &str) -> Option<Field<'_>> {
 /// Returns the first field of each structure in a schema of IDL files.
 fn idl_fields(text: &str) -> HashMap<String, Field<'_>> {
     let mut fields = HashMap::new();
-    let (mut modules, mut name) = (Vec::new(), None);
+    let (mut modules, mut name, mut is_in_struct) = (Vec::new(), None, false);
     for line in text.lines().map(str::trim) {
         let words: Vec<&str> = line.split_whitespace().collect();
         match words[..] {
-            [first, ..] if first.starts_with("====") => (modules, name) = (Vec::new(), None),
+            [first, ..] if first.starts_with("====") => {
+                (modules, name, is_in_struct) = (Vec::new(), None, false);
+            }
             ["module", module, ..] => modules.push(module.trim_end_matches('{')),
             ["struct", structure, ..] => {
                 let structure = structure.trim_end_matches('{');
                 let full = modules.iter().copied().chain([structure]);
                 name = Some(short(&full.collect::<Vec<_>>().join("/")));
+                is_in_struct = true;
             }
+            ["};" | "}", ..] if is_in_struct => (name, is_in_struct) = (None, false),
+            ["};" | "}", ..] => drop(modules.pop()),
             [kind, field] if name.is_some() && field.ends_with(';') => {
                 let sequence = kind.strip_prefix("sequence<");
                 let of = sequence.and_then(|kind| kind.strip_suffix('>'));
@@ -201,6 +206,8 @@ fn idl_fields(text: &str) -> HashMap<String, Field<'_>> {
                 };
                 fields.extend(name.take().map(|name| (name, field)));
             }
+            // Another first field, such as an array: no stamp can come after it.
+            [.., last] if last.ends_with(';') => name = None,
             _ => {}
         }
     }
@@ -285,11 +292,20 @@ mod tests {
 
     #[test]
     fn idl_and_types_without_schemas_have_their_stamps() {
-        let idl = "module own {\n module msg {\n struct Own {\n std_msgs::msg::Header header;\n double x;\n };\n};\n};";
-        assert_eq!(
-            stamp_field("own/msg/Own", "ros2idl", idl.as_bytes()),
-            Some(StampField::Time)
-        );
+        let header = "std_msgs::msg::Header header;\n double x;";
+        let constants = "module Own_Constants {\n const long A = 1;\n };\n";
+        for (before, fields, stamp) in [
+            ("", header.to_owned(), Some(StampField::Time)),
+            (constants, header.to_owned(), Some(StampField::Time)),
+            ("", format!("sequence<double, 3> a;\n {header}"), None),
+            ("", format!("@key long id;\n {header}"), None),
+        ] {
+            let idl = format!(
+                "module own {{\n module msg {{\n {before} struct Own {{\n {fields}\n }};\n}};\n}};"
+            );
+            let found = stamp_field("own/msg/Own", "ros2idl", idl.as_bytes());
+            assert_eq!(found, stamp, "{idl}");
+        }
         assert_eq!(
             stamp_field("sensor_msgs/msg/Imu", "", b""),
             Some(StampField::Time)

@@ -12,7 +12,7 @@ mod trial;
 
 use ratelab::{Knob, KnobKind, Time, TimedKnob};
 use ratelab_metrics::{AgeStage, LATELY, Lineage, Snapshot};
-use ratelab_system::{Alias, Setup, System, acting, names};
+use ratelab_system::{Alias, Setup, System, acting_node, names};
 
 pub use age::{AgeData, Strain};
 pub use owner::Hang;
@@ -59,7 +59,7 @@ const AS_SLOW: f64 = 0.9;
 impl Facts<'_> {
     /// Returns the knobs that would take the causes away, the most important first.
     pub fn cures(&self) -> Vec<Knob> {
-        let acts = acting(self.system, self.lineage.topology())
+        let acts = acting_node(self.system, self.lineage.topology())
             .filter(|_| self.system.judge().lost_anyway(self.setup).is_none());
         let causes = acts.map_or_else(Vec::new, |acts| self.causes(acts));
         causes.into_iter().map(|(_, cure)| cure).collect()
@@ -84,7 +84,7 @@ impl Facts<'_> {
     /// Returns the cause of the loss and its cure, in short lines; empty for a system without an
     /// age. What was `tried` is what the [cures](Self::cures) did.
     pub fn cause(&self, tried: Option<&Tried>) -> Vec<CauseLine> {
-        let Some(acts) = acting(self.system, self.lineage.topology()) else {
+        let Some(acts) = acting_node(self.system, self.lineage.topology()) else {
             return Vec::new();
         };
         let causes = self.causes(acts);
@@ -270,7 +270,7 @@ pub fn late(
     lineage: &Lineage,
     age: Option<AgeData>,
 ) -> (Time, Time) {
-    match (age, acting(system, lineage.topology())) {
+    match (age, acting_node(system, lineage.topology())) {
         (Some(age), _) => age.stretch,
         (None, Some(acts)) => latest(graph, lineage, acts),
         (None, None) => (Time::ZERO, graph.now),

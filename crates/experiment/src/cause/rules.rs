@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use ratelab::{Hz, Knob, KnobKind};
 use ratelab_metrics::AgeStage;
-use ratelab_system::{Alias, Spoiler, acting};
+use ratelab_system::{Alias, Spoiler, acting_node};
 
 use super::{CauseLine, Effect, Facts, Remedy, Tried};
 use crate::{candidates, millis::ms};
@@ -392,7 +392,7 @@ impl Facts<'_> {
 
     /// Returns the share of `owner` in the age, in parentheses.
     fn share(&self, owner: AgeOwner) -> String {
-        let owners = acting(self.system, self.lineage.topology())
+        let owners = acting_node(self.system, self.lineage.topology())
             .map(|acts| self.owners(acts))
             .unwrap_or_default();
         let all: Duration = owners.iter().map(|(_, took)| *took).sum();

@@ -83,11 +83,6 @@ fn is_over<T>(items: &VecDeque<T>, kept: usize, is_old: impl FnOnce(&T) -> bool)
     items.len() >= kept || items.len() >= kept / 8 && is_oldest_old()
 }
 
-/// Returns the time of the sensing that a message was derived from, by the clock of that stamp.
-pub fn sensing_of(head: &Head) -> Time {
-    head.origin.unwrap_or(head.stamp)
-}
-
 /// Messages of different topics: most nodes read few.
 type Reads = SmallVec<[MessageId; 2]>;
 

@@ -8,7 +8,6 @@ use smallvec::SmallVec;
 use super::{
     DataWay, Lineage, TracedTick,
     causes::{Step, begin_of},
-    sensing_of,
 };
 
 /// Maximum number of messages in a chain.
@@ -218,7 +217,7 @@ impl Lineage {
                     parts.add(AgeStage::Cost(node), begin_of(sent, worked), sent.at);
                 }
                 (None, None) if sent.by.is_none() => {
-                    parts.before_ns = signed(sent.at) - signed(sensing_of(sent));
+                    parts.before_ns = signed(sent.at) - signed(sent.sensed());
                 }
                 // No data of this chain came with it yet, or what is known of the run begins later.
                 _ => return None,

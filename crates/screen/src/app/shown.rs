@@ -4,7 +4,7 @@ use std::ops::{Deref, DerefMut};
 
 use ratelab::{Command, Event, Time};
 use ratelab_metrics::Snapshot;
-use ratelab_system::acting;
+use ratelab_system::acting_node;
 
 use crate::{
     frame::{FrameData, FrameHistory},
@@ -91,8 +91,8 @@ impl Shown {
     }
 
     /// Returns the node whose pushes the timeline shows, if any.
-    fn acting(&self) -> Option<usize> {
-        acting(self.run.system(), self.run.lineage().topology())
+    fn acting_node(&self) -> Option<usize> {
+        acting_node(self.run.system(), self.run.lineage().topology())
     }
 
     /// Returns the timeline at run time `now`.

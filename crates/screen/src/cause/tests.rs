@@ -9,7 +9,7 @@ use ratelab_experiment::{
     cause::{AgeData, AgeOwner, Facts, Hang, Strain, Trial, Tried, latest},
 };
 use ratelab_metrics::{Lineage, Snapshot, TickCauses, TickRecord, TopicRead, mean_parts};
-use ratelab_system::{AgeLimits, Setup, System, acting};
+use ratelab_system::{AgeLimits, Setup, System, acting_node};
 
 use super::told;
 use crate::{
@@ -74,7 +74,7 @@ fn lost(config: &Config) -> (Summary, Vec<String>, Vec<String>) {
 /// Returns the lines about a loss at the moment of `graph`, and its owners, such as `Rate policy`.
 fn cause(graph: &Snapshot, lineage: &Lineage, setup: &Setup) -> (Vec<String>, Vec<String>) {
     with_facts(graph, lineage, (setup, &[]), |facts| {
-        let acts = acting(facts.system, lineage.topology())
+        let acts = acting_node(facts.system, lineage.topology())
             .filter(|_| facts.system.judge().lost_anyway(setup).is_none());
         let owners = acts.map(|acts| facts.main_owners(acts)).unwrap_or_default();
         let name = |owner: AgeOwner| {
@@ -105,7 +105,7 @@ fn with_facts<R>(
     read: impl FnOnce(Facts<'_>) -> R,
 ) -> R {
     let system = CartPole::default();
-    let acts = acting(&system, lineage.topology()).expect("an actuator");
+    let acts = acting_node(&system, lineage.topology()).expect("an actuator");
     let late = latest(graph, lineage, acts);
     read(Facts {
         system: &system,
@@ -158,7 +158,7 @@ impl Played {
     fn warned(&self) -> bool {
         const STEP: Duration = Duration::from_millis(20);
         let system = CartPole::default();
-        let acts = acting(&system, self.lineage.topology()).expect("an actuator");
+        let acts = acting_node(&system, self.lineage.topology()).expect("an actuator");
         let (mut now, mut setup) = (Time::ZERO + STEP, None);
         let mut limits = AgeLimits::default();
         while now < self.summary.verdict.at {

@@ -10,7 +10,7 @@ use ratelab::{Event, Time};
 use ratelab_experiment::cause::Facts;
 use ratelab_metrics::{Distribution, NodeAccount, Snapshot, TopicAccount, mean_parts};
 use ratelab_recording::{BINS, width_ms};
-use ratelab_system::{System, acting};
+use ratelab_system::{System, acting_node};
 
 use super::standing::RunMoment;
 use crate::{
@@ -30,7 +30,7 @@ impl RunMoment<'_> {
             late: (from, to),
             ..
         } = self.facts;
-        let acts = acting(self.facts.system, lineage.topology())?;
+        let acts = acting_node(self.facts.system, lineage.topology())?;
         let parts = lineage.push_at(acts, graph.now)?.parts(graph.now);
         let stages = mean_parts(lineage, acts, from, to);
         let mut mean = PARTS.map(|[_, word]| {

@@ -14,7 +14,7 @@ use ratelab_experiment::{
     cause::{Facts, Hang, late},
 };
 use ratelab_metrics::{LATELY, Rows, Snapshot};
-use ratelab_system::{AgeLimits, Setup, System, Verdict, depends_on_the_world, names, plant};
+use ratelab_system::{AgeLimits, Setup, System, Verdict, depends_on_the_world, names, plant_topic};
 
 use data::{Figures, marks, topic_data};
 use standing::RunMoment;

@@ -5,7 +5,7 @@ use std::time::Duration;
 use ratelab::{ClockExit, KnobKind, Time};
 use ratelab_experiment::cause::{Facts, Trial};
 use ratelab_metrics::{NodeAccount, TopicAccount};
-use ratelab_system::{Silence, Verdict, VerdictKind, acting, plant};
+use ratelab_system::{Silence, Verdict, VerdictKind, acting_node, plant_topic};
 
 use crate::{
     age::{Strain, ms},
@@ -235,16 +235,16 @@ impl RunMoment<'_> {
     /// Returns whether the plant moves, and nothing has pushed it for long after the start.
     fn is_idle(&self) -> bool {
         let (system, graph) = (self.facts.system, self.facts.graph);
-        let pushed = acting(system, self.facts.lineage.topology())
+        let pushed = acting_node(system, self.facts.lineage.topology())
             .is_none_or(|acts| graph.nodes[acts].push_age.in_force().is_some());
         let periods = graph.nodes.iter().map(|node| node.hz.period());
         let patience = STILL.max(periods.max().unwrap_or_default() * 2);
-        !pushed && plant(system).is_some() && graph.now > Time::ZERO + patience
+        !pushed && plant_topic(system).is_some() && graph.now > Time::ZERO + patience
     }
 
     /// Returns the steps of the plant, and the node that makes them.
     fn moves(&self) -> Option<(&TopicAccount, &NodeAccount)> {
-        let steps = self.facts.graph.topic(plant(self.facts.system)?)?;
+        let steps = self.facts.graph.topic(plant_topic(self.facts.system)?)?;
         let node = self.facts.graph.nodes.get(*steps.publishers.first()?)?;
         Some((steps, node))
     }

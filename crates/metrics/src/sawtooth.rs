@@ -10,7 +10,7 @@ pub const LATELY: Duration = Duration::from_secs(1);
 /// An age over time: run time now minus the run time of the sensing behind what is in force.
 /// It grows with time and drops when something fresher comes into force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Saw {
+pub struct Sawtooth {
     /// Run time from which the first was in force.
     pub first: Time,
     /// Run time of the sensing behind what is in force.
@@ -21,7 +21,7 @@ pub struct Saw {
     greatest: Duration,
 }
 
-impl Saw {
+impl Sawtooth {
     /// Creates the age from run time `now` on, by a sensing at `sensed`.
     pub fn new(now: Time, sensed: Time) -> Self {
         Self {
@@ -80,7 +80,7 @@ impl Saw {
 #[derive(Clone, Debug, Default)]
 pub struct PushAge {
     /// The teeth of the last second and the one before, the one in force last.
-    late: VecDeque<Saw>,
+    late: VecDeque<Sawtooth>,
     /// Run time at which the push in force was last applied.
     applied: Time,
 }
@@ -103,7 +103,7 @@ impl PushAge {
         let next = match self.late.back() {
             Some(before) if before.sensed == sensed => return, // Applied again.
             Some(before) => before.drop_to(now, sensed),
-            None => Saw::new(now, sensed),
+            None => Sawtooth::new(now, sensed),
         };
         self.late.push_back(next);
         while self
@@ -123,7 +123,7 @@ impl PushAge {
     }
 
     /// Returns the age over time of the push in force; `None` before the first.
-    pub fn saw(&self) -> Option<&Saw> {
+    pub fn saw(&self) -> Option<&Sawtooth> {
         self.late.back()
     }
 
