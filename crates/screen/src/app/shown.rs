@@ -91,7 +91,7 @@ impl Shown {
     }
 
     /// Returns the node whose pushes the timeline shows, if any.
-    fn acting_node(&self) -> Option<usize> {
+    fn acting(&self) -> Option<usize> {
         acting_node(self.run.system(), self.run.lineage().topology())
     }
 

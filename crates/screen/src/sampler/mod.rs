@@ -343,7 +343,7 @@ fn world(session: &dyn RunSource, setup: &Setup) -> Option<&'static str> {
     if moves || !session.config().world.is_course() {
         return Some("world: own");
     }
-    plant(session.system())?;
+    plant_topic(session.system())?;
     let asked = setup.iter().any(depends_on_the_world);
     asked.then_some("world: waits")
 }
