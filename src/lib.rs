@@ -156,5 +156,5 @@ pub use settings::{
     release::{Match, Overrun, Release},
 };
 pub use shared::{Shared, SharedGuard};
-pub use time::{Hz, HzError, Time, TimeError};
+pub use time::{Hz, HzError, Time, TimeError, TimeSpan};
 pub use topic::{Cause, ForwardedTimes, Message, Payload, Publisher, Subscription, Topic};

@@ -113,6 +113,27 @@ impl fmt::Display for Time {
     }
 }
 
+/// A stretch of run time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TimeSpan {
+    /// Its begin.
+    pub from: Time,
+    /// Its end.
+    pub to: Time,
+}
+
+impl TimeSpan {
+    /// Creates the stretch between two moments.
+    pub const fn new(from: Time, to: Time) -> Self {
+        Self { from, to }
+    }
+
+    /// Returns its length; zero if its end is before its begin.
+    pub fn length(self) -> Duration {
+        self.to.since(self.from)
+    }
+}
+
 /// A number of seconds that is not a valid run time.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[error("{0} is not a time: expected seconds, zero or more, up to 584 years")]

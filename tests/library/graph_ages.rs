@@ -50,7 +50,11 @@ fn sums_are_exact(text: &str) {
         count += 1;
     }
     assert!(count >= 20, "only {count} pushes: {text}");
-    let parts = mean_parts(&lineage, acts, lineage.first_push(acts), secs(5.0));
+    let parts = mean_parts(
+        &lineage,
+        acts,
+        TimeSpan::new(lineage.first_push(acts), secs(5.0)),
+    );
     let sum: f64 = parts.iter().map(|(_, ns)| ns).sum();
     let apart = (sum - mean).abs();
     assert!(apart <= 1.0, "mean {mean}, parts {sum}: {text}");
@@ -125,7 +129,7 @@ fn a_message_waits_for_its_partner_and_the_set_for_the_executor() {
             ("cost", "stereo", 8)
         ]
     );
-    let ticks = lineage.ticks_between(acts, at_ms(100), at_ms(148));
+    let ticks = lineage.ticks_within(acts, TimeSpan::new(at_ms(100), at_ms(148)));
     let (last, _) = ticks.last().expect("a tick");
     let waits = lineage.waits(acts, last);
     let [matched, executed] = waits[..] else {

@@ -196,7 +196,7 @@ fn sums_are_exact(plan: &Plan, seed: u64, chains: bool) -> Result<(), TestCaseEr
         }
     }
     if let Some((first, ..)) = applied.first() {
-        let parts = mean_parts(&lineage, actor, *first, secs(1.0));
+        let parts = mean_parts(&lineage, actor, TimeSpan::new(*first, secs(1.0)));
         let sum: f64 = parts.iter().map(|(_, ns)| ns).sum();
         let mean = age.unwrap_or_default() * 1e9;
         prop_assert!((sum - mean).abs() < 1.0, "{sum} for {mean}");
@@ -251,7 +251,7 @@ proptest! {
         let until = answered.expect("the last sensing").0;
         let acts = plan.nodes.len() - 1;
         if let Some(reaction) = reaction.max() {
-            prop_assert_eq!(lineage.greatest_age(acts, first.0, until), reaction);
+            prop_assert_eq!(lineage.greatest_age(acts, TimeSpan::new(first.0, until)), reaction);
         }
     }
 

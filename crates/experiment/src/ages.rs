@@ -2,7 +2,7 @@
 
 use std::thread::{self, JoinHandle};
 
-use ratelab::{Time, Topology};
+use ratelab::{Time, TimeSpan, Topology};
 use ratelab_metrics::{AgeOverTime, AgeStage, Lineage, NodeAccount, Observer};
 use ratelab_system::{Setup, System};
 
@@ -136,7 +136,8 @@ impl RunAges {
                 (Some(run), None) => last_sensing(lineage, way.node).max(Some(run.at)),
             };
             let until = until.unwrap_or(way.until);
-            way.ages.extend(lineage, way.node, way.until, until);
+            let span = TimeSpan::new(way.until, until);
+            way.ages.extend(lineage, way.node, span);
             way.until = way.until.max(until);
         }
     }

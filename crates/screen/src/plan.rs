@@ -2,7 +2,7 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use ratelab::Time;
+use ratelab::{Time, TimeSpan};
 use ratelab_experiment::millis::mean;
 use ratelab_metrics::Rows;
 use ratelab_system::{ActionPlan, PlanBars, Planning};
@@ -124,8 +124,8 @@ impl Plans {
     }
 
     /// Returns the mean predicted part of the ages of the actions played in a stretch of run time.
-    pub fn predicted(&self, (from, to): (Time, Time)) -> Option<Duration> {
-        let within = |at: Time| from < at && at <= to;
+    pub fn predicted(&self, span: TimeSpan) -> Option<Duration> {
+        let within = |at: Time| span.from < at && at <= span.to;
         let recent = self.predicted.iter().filter(|(at, _)| within(*at));
         mean(recent.map(|(_, part)| *part))
     }

@@ -2,7 +2,7 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use ratelab::{Head, Time};
+use ratelab::{Head, Time, TimeSpan};
 use ratelab_metrics::{LATELY, Lineage, PushAge, Sawtooth, Snapshot};
 use ratelab_system::System;
 
@@ -62,7 +62,7 @@ impl PushAges {
             self.late = age.lately(now).map(|late| AgeData {
                 mean: Duration::from_secs_f64(late.mean_s),
                 greatest: late.greatest,
-                stretch: (late.from, now),
+                stretch: TimeSpan::new(late.from, now),
                 ..AgeData::default()
             });
         }
@@ -132,7 +132,7 @@ impl PushAges {
         Some(AgeData {
             mean: Duration::from_secs_f64(mean.max(0.0)),
             greatest: Duration::from_secs_f64(mean.max(greatest / 1e3)),
-            stretch: (begin, now),
+            stretch: TimeSpan::new(begin, now),
             ..AgeData::default()
         })
     }
@@ -155,13 +155,13 @@ fn by_states(system: &dyn System, graph: &Snapshot) -> bool {
     node.is_some_and(|node| Some(&*node.name) == pushes)
 }
 
-/// Returns the greatest reaction time of the pushes of node `acts` between two run times: from a
+/// Returns the greatest reaction time of the pushes of node `acts` within a stretch of run time: from a
 /// sensing, for what changes right after it, to the first push derived from a later one. `None`
 /// without such a sensing.
 ///
 /// It equals the greatest push age: Günzel and others, ECRTS 2023.
-pub fn greatest(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Option<Duration> {
-    let pushes = pushes(lineage, acts, from, to);
+pub fn greatest(lineage: &Lineage, acts: usize, span: TimeSpan) -> Option<Duration> {
+    let pushes = pushes(lineage, acts, span);
     let (_, oldest, source) = *pushes.first()?;
     let reaction = lineage
         .sent(source)
@@ -177,11 +177,12 @@ pub fn greatest(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Option<
     reaction.max()
 }
 
-/// Returns the pushes in force between two run times, oldest first: run time of the first
+/// Returns the pushes in force within a stretch of run time, oldest first: run time of the first
 /// application, run time of the sensing, and the topic of its message.
-fn pushes(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Vec<(Time, Time, usize)> {
+fn pushes(lineage: &Lineage, acts: usize, span: TimeSpan) -> Vec<(Time, Time, usize)> {
     let mut pushes = Vec::new();
-    for (push, _) in lineage.pushes_between(acts, from, to + Time::RESOLUTION) {
+    let with_last = TimeSpan::new(span.from, span.to + Time::RESOLUTION);
+    for (push, _) in lineage.pushes_within(acts, with_last) {
         let age = push.parts(push.since).sum_ns().unsigned_abs();
         let sensed = push.since - Duration::from_nanos(age);
         let chain = lineage.chain_of(&push);
@@ -309,9 +310,10 @@ mod tests {
             let lineage = taps.update();
             let acts = lineage.topology().node("actuator").expect("an actuator");
             let [from, to] = [3, 4].map(|second| Time::from_nanos(second * 1_000_000_000));
-            let reaction = greatest(lineage, acts, from, to);
+            let span = TimeSpan::new(from, to);
+            let reaction = greatest(lineage, acts, span);
             assert_eq!(reaction, Some(Duration::from_millis(ms)), "{setup}");
-            let age = lineage.greatest_age(acts, from, to);
+            let age = lineage.greatest_age(acts, span);
             assert_eq!(reaction, Some(age), "{setup}");
         }
     }

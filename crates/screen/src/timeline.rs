@@ -2,7 +2,7 @@
 
 use std::{collections::HashSet, time::Duration};
 
-use ratelab::{Head, MessageId, Time, Topology};
+use ratelab::{Head, MessageId, Time, TimeSpan, Topology};
 use ratelab_experiment::cause::upstream;
 use ratelab_metrics::{Chain, Lineage, PushInForce, TickPlace, TickWait, WaitsFor};
 use ratelab_system::PlanBar;
@@ -254,7 +254,7 @@ impl Timeline {
     fn node(&self, lineage: &Lineage, node: usize, chain: &Chain) -> Lane {
         let mut marks = Vec::new();
         let mut before: Option<u64> = None;
-        for (index, worked) in lineage.ticks_between(node, self.from, self.to) {
+        for (index, worked) in lineage.ticks_within(node, TimeSpan::new(self.from, self.to)) {
             let overruns = worked.tick.overruns;
             let overruns_before = before.replace(overruns);
             let ends = worked.tick.ends.unwrap_or(self.to);
@@ -295,7 +295,7 @@ impl Timeline {
         let read: HashSet<u64> = known
             .readers
             .iter()
-            .flat_map(|&node| lineage.ticks_between(node, self.from, Time::MAX))
+            .flat_map(|&node| lineage.ticks_within(node, TimeSpan::new(self.from, Time::MAX)))
             .flat_map(|(_, worked)| worked.reads())
             .filter(|read| read.topic == topic)
             .map(|read| read.seq)

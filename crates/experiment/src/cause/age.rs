@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::Time;
+use ratelab::TimeSpan;
 use ratelab_system::AgeLimits;
 
 /// Ages closer than this count as equal.
@@ -16,7 +16,7 @@ pub struct AgeData {
     /// The maximum push age in that time.
     pub greatest: Duration,
     /// That time, as a stretch of run time.
-    pub stretch: (Time, Time),
+    pub stretch: TimeSpan,
     /// The mean part of it that a plan knew of; `None` without plans.
     pub predicted: Option<Duration>,
     /// The limits of the loop.

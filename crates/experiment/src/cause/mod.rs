@@ -10,7 +10,7 @@ mod remedy;
 mod rules;
 mod trial;
 
-use ratelab::{Knob, KnobKind, Time, TimedKnob};
+use ratelab::{Knob, KnobKind, Time, TimeSpan, TimedKnob};
 use ratelab_metrics::{AgeStage, LATELY, Lineage, Snapshot};
 use ratelab_system::{Alias, Setup, System, acting_node, names};
 
@@ -41,7 +41,7 @@ pub struct Facts<'a> {
     /// Its recent push age, if known.
     pub age: Option<AgeData>,
     /// The stretch of run time of that age.
-    pub late: (Time, Time),
+    pub late: TimeSpan,
     /// Its newest plan, if any.
     pub plan: Option<PlanFacts>,
     /// Its hangs.
@@ -269,23 +269,23 @@ pub fn late(
     graph: &Snapshot,
     lineage: &Lineage,
     age: Option<AgeData>,
-) -> (Time, Time) {
+) -> TimeSpan {
     match (age, acting_node(system, lineage.topology())) {
         (Some(age), _) => age.stretch,
         (None, Some(acts)) => latest(graph, lineage, acts),
-        (None, None) => (Time::ZERO, graph.now),
+        (None, None) => TimeSpan::new(Time::ZERO, graph.now),
     }
 }
 
 /// Returns the last second of a run, or the last two periods of the slowest node on the path to
 /// `acts` if that is longer; never before the first push.
-pub fn latest(graph: &Snapshot, lineage: &Lineage, acts: usize) -> (Time, Time) {
+pub fn latest(graph: &Snapshot, lineage: &Lineage, acts: usize) -> TimeSpan {
     let periods = before(lineage, acts)
         .into_iter()
         .map(|node| graph.nodes[node].hz.period());
     let window = LATELY.max(periods.max().unwrap_or_default() * 2);
     let from = graph.now - window;
-    (from.max(lineage.first_push(acts)), graph.now)
+    TimeSpan::new(from.max(lineage.first_push(acts)), graph.now)
 }
 
 /// Returns the nodes whose messages reach the one that acts, in the order in which they were added.

@@ -13,7 +13,7 @@ impl Facts<'_> {
     /// Returns the owners of the push age of `node`, each with its mean part, the largest first.
     pub(super) fn owners(&self, node: usize) -> Vec<(AgeOwner, Duration)> {
         let mut owners: Vec<(AgeOwner, f64)> = Vec::new();
-        for (stage, ns) in mean_parts(self.lineage, node, self.late.0, self.late.1) {
+        for (stage, ns) in mean_parts(self.lineage, node, self.late) {
             let Some(owner) = self.owner(stage, ns) else {
                 continue;
             };
@@ -104,7 +104,7 @@ impl Facts<'_> {
         let view = &self.graph.nodes[node];
         let recent = |hang: &&Hang| {
             let span = hang.span(view.hz.period());
-            *hang.node == *view.name && span.start < self.late.1 && self.late.0 < span.end
+            *hang.node == *view.name && span.start < self.late.to && self.late.from < span.end
         };
         self.hangs.iter().filter(recent).map(|hang| hang.cost).max()
     }
@@ -152,9 +152,9 @@ impl Facts<'_> {
 
     /// Returns the recently published messages of a topic.
     fn recent(&self, topic: usize) -> impl Iterator<Item = &Head> {
-        let recent = |sent: &&Head| sent.at > self.late.0;
+        let recent = |sent: &&Head| sent.at > self.late.from;
         let sent = self.lineage.sent(topic).rev();
-        sent.skip_while(|sent| sent.at > self.late.1)
+        sent.skip_while(|sent| sent.at > self.late.to)
             .take_while(recent)
     }
 
@@ -184,7 +184,7 @@ impl Facts<'_> {
         let of_node =
             |timed: &&TimedKnob| timed.knob.kind() == KnobKind::Rate && timed.knob.target() == name;
         let last = self.commands.iter().rev().find(of_node);
-        last.map(|timed| timed.at).filter(|at| *at > self.late.0)
+        last.map(|timed| timed.at).filter(|at| *at > self.late.from)
     }
 
     /// Returns the recent ticks of a node.
@@ -192,8 +192,8 @@ impl Facts<'_> {
         self.lineage
             .ticks(node)
             .rev()
-            .skip_while(|worked| worked.tick.at > self.late.1)
-            .take_while(|worked| worked.tick.at > self.late.0)
+            .skip_while(|worked| worked.tick.at > self.late.to)
+            .take_while(|worked| worked.tick.at > self.late.from)
     }
 
     /// Recent time in ticks of a node. A tick in progress counts from one period after
@@ -202,18 +202,18 @@ impl Facts<'_> {
     pub(super) fn busy(&self, node: usize) -> Duration {
         let ends = |worked: &TracedTick| {
             let tick = &worked.tick;
-            let acted = tick.ends.unwrap_or(self.late.1);
+            let acted = tick.ends.unwrap_or(self.late.to);
             acted
                 .max(tick.at + tick.took.unwrap_or_default())
-                .min(self.late.1)
+                .min(self.late.to)
         };
         let ticks = self.ticks(node);
         let busy: Duration = ticks.map(|w| ends(w).since(w.tick.at)).sum();
         let last = self.ticks(node).next().map(ends);
         let now = self.graph.nodes[node].busy;
-        let since = self.begun(node, last.unwrap_or(self.late.0));
+        let since = self.begun(node, last.unwrap_or(self.late.from));
         if now {
-            busy + self.late.1.since(since)
+            busy + self.late.to.since(since)
         } else {
             busy
         }
@@ -238,7 +238,7 @@ impl Facts<'_> {
                 .filter_map(|sent| sent.arrives)
                 .min()
         });
-        waiting.max().unwrap_or(self.late.1).max(last)
+        waiting.max().unwrap_or(self.late.to).max(last)
     }
 
     /// Recent mean lateness of a node's ticks.
@@ -251,7 +251,7 @@ impl Facts<'_> {
 
     /// Returns the length of the stretch.
     pub(super) fn time(&self) -> Duration {
-        self.late.1.since(self.late.0)
+        self.late.length()
     }
 }
 

@@ -35,7 +35,7 @@ impl Facts<'_> {
         if self.graph.nodes[plans].crashed || self.hang(plans).is_some() {
             return Vec::new(); // Of a node that makes no more plans, that is the cause.
         }
-        let stalls = plan.stalled.is_some_and(|at| self.late.0 < at);
+        let stalls = plan.stalled.is_some_and(|at| self.late.from < at);
         let stall = publisher(planning.steps).filter(|_| stalls);
         let misses = plan.missed.map(|_| AgeOwner::Delay(plans));
         stall

@@ -242,7 +242,7 @@ mod tests {
     fn a_budget_of_nothing_of_less_than_a_part_and_of_too_much_is_refused() {
         for (budget, expected) in [
             (budget(), None),
-            (Budget::default(), Some("nothing may go wrong")),
+            (Budget::default(), Some("no faults to try")),
             (
                 Budget {
                     lose: MOST_PARTS + 1,

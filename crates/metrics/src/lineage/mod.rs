@@ -16,7 +16,7 @@ pub use parts::{AgePart, AgeParts, AgeStage, nanos};
 pub use push::{Chain, PushInForce};
 pub use waits::{TickWait, WaitsFor};
 
-use ratelab::{Depth, Event, Executor, Head, Knob, MessageId, Time, TimedKnob, Topology};
+use ratelab::{Depth, Event, Executor, Head, Knob, MessageId, Time, TimeSpan, TimedKnob, Topology};
 use smallvec::SmallVec;
 
 use self::causes::Beginnings;
@@ -294,17 +294,16 @@ impl Lineage {
         self.nodes[node].ticks.iter()
     }
 
-    /// Returns the ticks of a node that were running between two run times, and the one before
+    /// Returns the ticks of a node that were running within a stretch of run time, and the one before
     /// them, each with its index.
-    pub fn ticks_between(
+    pub fn ticks_within(
         &self,
         node: usize,
-        from: Time,
-        to: Time,
+        span: TimeSpan,
     ) -> impl Iterator<Item = (usize, &TracedTick)> {
         let ticks = &self.nodes[node].ticks;
-        let first = ticks.partition_point(|worked| worked.ends() < from);
-        let last = ticks.partition_point(|worked| worked.tick.at <= to);
+        let first = ticks.partition_point(|worked| worked.ends() < span.from);
+        let last = ticks.partition_point(|worked| worked.tick.at <= span.to);
         let first = first.saturating_sub(1).min(last);
         (first..last).zip(ticks.range(first..last))
     }

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, mem};
 
-use ratelab::Time;
+use ratelab::{Time, TimeSpan};
 
 use super::{
     Lineage,
@@ -113,19 +113,19 @@ impl AgeOverTime {
         Some(oldest.saturating_mul(1_000)).filter(|_| self.time > 0)
     }
 
-    /// Adds the push age of a node over run time `from` to `to`, as far as its pushes are known.
-    pub fn extend(&mut self, lineage: &Lineage, node: usize, from: Time, to: Time) {
-        for (push, end) in lineage.pushes_between(node, from, to) {
-            self.add(&push, push.since.max(from), end);
+    /// Adds the push age of a node over a stretch of run time, as far as its pushes are known.
+    pub fn extend(&mut self, lineage: &Lineage, node: usize, span: TimeSpan) {
+        for (push, end) in lineage.pushes_within(node, span) {
+            self.add(&push, push.since.max(span.from), end);
         }
     }
 }
 
-/// Returns the mean of each part of the push age of a node over run time `from` to `to` (ns),
-/// in the order from the sensing to now; empty without known pushes.
-pub fn mean_parts(lineage: &Lineage, node: usize, from: Time, to: Time) -> Vec<(AgeStage, f64)> {
+/// Returns the mean of each part of the push age of a node over a stretch of run time (ns), in the
+/// order from the sensing to now; empty without known pushes.
+pub fn mean_parts(lineage: &Lineage, node: usize, span: TimeSpan) -> Vec<(AgeStage, f64)> {
     let mut ages = AgeOverTime::default();
-    ages.extend(lineage, node, from, to);
+    ages.extend(lineage, node, span);
     ages.parts()
         .into_iter()
         .filter(|(_, ns)| *ns > 0)

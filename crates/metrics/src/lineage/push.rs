@@ -2,7 +2,7 @@
 
 use std::{iter, mem, time::Duration};
 
-use ratelab::{MessageId, Time};
+use ratelab::{MessageId, Time, TimeSpan};
 
 use super::{
     DataWay, Lineage, TickPlace, TracedTick,
@@ -153,32 +153,33 @@ impl Lineage {
         first.and_then(|first| first.tick.ends).unwrap_or_default()
     }
 
-    /// Returns the pushes of a node in force between two run times, newest first, each with the end
-    /// of that; up to one whose chain is unknown.
-    pub fn pushes_between(
+    /// Returns the pushes of a node in force within a stretch of run time, newest first, each with
+    /// the end of that; up to one whose chain is unknown.
+    pub fn pushes_within(
         &self,
         node: usize,
-        from: Time,
-        to: Time,
+        span: TimeSpan,
     ) -> impl Iterator<Item = (PushInForce, Time)> {
         let ticks = self.nodes.get(node).map(|node| &node.ticks);
-        let mut ended = ticks.map_or(0, |ticks| ticks.partition_point(|known| known.ends() < to));
-        let mut end = to;
+        let mut ended = ticks.map_or(0, |ticks| {
+            ticks.partition_point(|known| known.ends() < span.to)
+        });
+        let mut end = span.to;
         iter::from_fn(move || {
             let is_over = |place: &usize| {
                 let known = ticks.is_some_and(|ticks| ticks[*place].ends() < end);
                 known && self.acts(node, *place)
             };
-            ended = (0..ended).rev().find(is_over).filter(|_| end > from)? + 1;
+            ended = (0..ended).rev().find(is_over).filter(|_| end > span.from)? + 1;
             let push = self.push_of(node, ended - 1)?;
             let until = mem::replace(&mut end, push.since);
             Some((push, until))
         })
     }
 
-    /// Returns the greatest push age of a node over run time `from` to `to`.
-    pub fn greatest_age(&self, node: usize, from: Time, to: Time) -> Duration {
-        let pushes = self.pushes_between(node, from, to);
+    /// Returns the greatest push age of a node within a stretch of run time.
+    pub fn greatest_age(&self, node: usize, span: TimeSpan) -> Duration {
+        let pushes = self.pushes_within(node, span);
         let greatest = pushes.map(|(push, end)| push.parts(end).sum_ns()).max();
         let greatest = u64::try_from(greatest.unwrap_or_default());
         Duration::from_nanos(greatest.unwrap_or_default())

@@ -3,7 +3,7 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use ratelab::Time;
+use ratelab::{Time, TimeSpan};
 
 use super::{Lineage, TracedTick};
 
@@ -110,7 +110,7 @@ impl Lineage {
     /// Returns the time for which a node had a core between two run times.
     fn ran(&self, node: usize, from: Time, to: Time) -> Duration {
         let overlap = |begin: Time, end: Time| end.min(to).since(begin.max(from));
-        let ticks = self.ticks_between(node, from, to);
+        let ticks = self.ticks_within(node, TimeSpan { from, to });
         let ran = ticks.map(|(index, worked)| {
             let aside = self.set_aside(node, index);
             let aside = aside.iter().map(|part| overlap(part.from, part.to));
@@ -133,7 +133,7 @@ impl Lineage {
         let inside =
             |worked: &&TracedTick| worked.tick.at > own.tick.at && worked.tick.at < own.ends();
         let others = self.companions(node).flat_map(|other| {
-            self.ticks_between(other, own.tick.at, own.ends())
+            self.ticks_within(other, TimeSpan::new(own.tick.at, own.ends()))
                 .map(|(_, worked)| worked)
                 .filter(inside)
                 .map(move |worked| TickWait {

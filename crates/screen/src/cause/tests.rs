@@ -2,7 +2,7 @@
 
 use std::{sync::Arc, time::Duration};
 
-use ratelab::{Head, Knob, KnobKind, MessageId, TickId, TickTiming, Time, TimedKnob};
+use ratelab::{Head, Knob, KnobKind, MessageId, TickId, TickTiming, Time, TimeSpan, TimedKnob};
 use ratelab_cart_pole::CartPole;
 use ratelab_experiment::{
     Config, Experiment, Summary,
@@ -184,19 +184,14 @@ impl Played {
 }
 
 /// Returns the push age over run time `late`.
-fn age(
-    lineage: &Lineage,
-    acts: usize,
-    (from, to): (Time, Time),
-    limits: AgeLimits,
-) -> Option<AgeData> {
-    let parts = mean_parts(lineage, acts, from, to);
+fn age(lineage: &Lineage, acts: usize, late: TimeSpan, limits: AgeLimits) -> Option<AgeData> {
+    let parts = mean_parts(lineage, acts, late);
     let mean: f64 = parts.iter().map(|(_, ns)| ns).sum();
-    let greatest = lineage.greatest_age(acts, from, to);
+    let greatest = lineage.greatest_age(acts, late);
     (!parts.is_empty()).then(|| AgeData {
         mean: Duration::from_nanos(mean as u64),
         greatest,
-        stretch: (from, to),
+        stretch: late,
         predicted: None,
         limits,
         hidden: false,

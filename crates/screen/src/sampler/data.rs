@@ -27,12 +27,12 @@ impl RunMoment<'_> {
         let Facts {
             graph,
             lineage,
-            late: (from, to),
+            late,
             ..
         } = self.facts;
         let acts = acting_node(self.facts.system, lineage.topology())?;
         let parts = lineage.push_at(acts, graph.now)?.parts(graph.now);
-        let stages = mean_parts(lineage, acts, from, to);
+        let stages = mean_parts(lineage, acts, late);
         let mut mean = PARTS.map(|[_, word]| {
             Duration::from_nanos(
                 stages
@@ -49,7 +49,7 @@ impl RunMoment<'_> {
         }
         Some(PushData {
             sentence: PushSentence::new(&parts, lineage.topology()),
-            reaction: push_age::greatest(lineage, acts, from, to),
+            reaction: push_age::greatest(lineage, acts, late),
             mean,
         })
     }

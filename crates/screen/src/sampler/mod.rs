@@ -8,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use ratelab::{ClockExit, Event, Head, KnobKind, Time, TimedKnob};
+use ratelab::{ClockExit, Event, Head, KnobKind, Time, TimeSpan, TimedKnob};
 use ratelab_experiment::{
     Config,
     cause::{Facts, Hang, late},
@@ -214,7 +214,7 @@ impl Sampler {
                 self.push_ages.saw(begin, end)
             },
             // They are for what no plan predicted, and this is all of the age.
-            limits: match self.plans.predicted((now - LATELY, now)) {
+            limits: match self.plans.predicted(TimeSpan::new(now - LATELY, now)) {
                 Some(Duration::ZERO) | None if !self.hides_limits => self.limits(),
                 _ => AgeLimits::default(),
             },

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{ClockKind, Derived, Head, Hz, Speed, Status, Time};
+use ratelab::{ClockKind, Derived, Head, Hz, Speed, Status, Time, TimeSpan};
 use ratelab_cart_pole::CartPole;
 use ratelab_system::{AgeLimits, Picture, System};
 
@@ -162,7 +162,7 @@ pub fn age(mean: u64, greatest: u64) -> AgeData {
     AgeData {
         mean: ms(mean),
         greatest: ms(greatest),
-        stretch: (Time::ZERO, Time::ZERO + ms(1_000)),
+        stretch: TimeSpan::new(Time::ZERO, Time::ZERO + ms(1_000)),
         predicted: None,
         limits: AgeLimits {
             grows: Some(ms(60)),

@@ -68,8 +68,7 @@ pub fn advise(program: &Program, args: &AdviseArgs) -> Result<(), Error> {
         aged: aged.as_ref(),
         ..advisor
     };
-    let base = advisor.measured(AgeChange::default(), summary.clone());
-    let Some(base) = base else {
+    let Some(base) = advisor.measured(AgeChange::default(), summary.clone()) else {
         return Err(Error::BadInput("the run has no age".to_owned()));
     };
     let mut measured = advisor.measure(singles);
@@ -87,10 +86,8 @@ pub fn advise(program: &Program, args: &AdviseArgs) -> Result<(), Error> {
         &advice,
     )?;
     if advisor.interrupt.is_asked() {
-        let why = format!(
-            "stopped after {} runs: the result is of these",
-            measured.len()
-        );
+        let runs = measured.len();
+        let why = format!("stopped after {runs} runs: the result is of these");
         return Err(Error::Unfinished(why));
     }
     Ok(())
