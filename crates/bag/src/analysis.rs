@@ -131,6 +131,11 @@ impl Analysis {
         self.nodes.iter().find(|node| node.topic == topic)
     }
 
+    /// Returns whether the node that publishes a topic shares its thread.
+    pub fn shares_a_thread(&self, topic: usize) -> bool {
+        self.shared.iter().any(|thread| thread.contains(&topic))
+    }
+
     /// Returns the chain that ends with a topic.
     pub fn chain(&self, topic: usize) -> Option<&BagChain> {
         self.chains.iter().find(|chain| chain.topic == topic)

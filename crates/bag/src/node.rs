@@ -172,7 +172,9 @@ impl NodeSearch<'_> {
             period.sharpness >= 4.0 / (period.events as f64).sqrt() || triggered.repeats > 0.1
         };
         let timed = period.filter(is_timed).map(|period| outputs.timed(period));
-        let sharpness = period.map_or(0.0, |period| period.sharpness);
+        let (timed, of_timer) = timed.unzip();
+        let of_outputs = period.map_or(0.0, |period| period.sharpness);
+        let sharpness = of_timer.unwrap_or(of_outputs);
         let (kind, confidence) = Evidence {
             triggered: &triggered,
             timed,
@@ -345,6 +347,9 @@ fn chosen(candidates: Vec<Candidate>) -> Option<Candidate> {
     near.min_by(|one, other| one.delay.total_cmp(&other.delay))
 }
 
+/// The sharpness from which on a period is one, however far costs spread.
+const SHARP: f64 = 0.6;
+
 /// What tells a trigger from a timer.
 struct Evidence<'a> {
     triggered: &'a Triggered,
@@ -359,7 +364,8 @@ impl Evidence<'_> {
         let Triggered { repeats, idle, .. } = *self.triggered;
         self.timed.filter(|timed| {
             let is_wide = timed.spread as f64 > 0.75 * timed.period;
-            let is_excused = repeats > 0.02 || (idle > 0.2 && self.sharpness > 0.4);
+            let is_excused =
+                repeats > 0.02 || (idle > 0.2 && self.sharpness > 0.4) || self.sharpness > SHARP;
             timed.holds >= 0.85 && (!is_wide || is_excused)
         })
     }
@@ -372,12 +378,15 @@ impl Evidence<'_> {
             negative,
             busy,
             spread,
+            half,
             left_out,
             ..
         } = *self.triggered;
         let grid = self.grid();
         let little = 0.02 * MS as f64;
-        let ratio = |timed: Timed| (spread as f64 + little) / (timed.spread as f64 + little);
+        let ratio = |of_trigger: i64, of_timer: i64| {
+            (of_trigger as f64 + little) / (of_timer as f64 + little)
+        };
         match grid {
             Some(_) if repeats > 0.02 => return (Kind::Timer, (0.5 + 5.0 * repeats).min(0.99)),
             Some(_) if idle > 0.08 => return (Kind::Timer, 0.95),
@@ -390,7 +399,9 @@ impl Evidence<'_> {
             let sure = 1.0 - spread as f64 / (2.0 * self.mean_interval);
             return (Kind::Trigger, sure.clamp(0.5, 0.99));
         };
-        let (ratio, is_wide) = (ratio(grid), grid.spread > MS / 10);
+        // Costs of two lengths spread far, though each of them is near one of the two.
+        let of_halves = ratio(half, grid.half);
+        let (ratio, is_wide) = (ratio(spread, grid.spread), grid.spread > MS / 10);
         if busy > 0.8 && self.sharpness > 0.8 && ratio > 0.5 && is_wide {
             return (Kind::Timer, 0.9);
         }
@@ -400,7 +411,17 @@ impl Evidence<'_> {
         if ratio >= 1.25 {
             return (Kind::Timer, (1.0 - 1.0 / (2.0 * ratio)).min(0.99));
         }
+        if of_halves <= 0.8 {
+            return (Kind::Trigger, (1.0 - of_halves / 2.0).min(0.99));
+        }
+        if of_halves >= 1.25 {
+            return (Kind::Timer, (1.0 - 1.0 / (2.0 * of_halves)).min(0.99));
+        }
         let outputs = self.triggered.steps.len();
+        // A message triggers a node once.
+        if repeats * outputs as f64 >= 2.0 {
+            return (Kind::Timer, 0.6);
+        }
         let is_timer = 2 * left_out > outputs && self.sharpness > 0.8 && is_wide;
         (if is_timer { Kind::Timer } else { Kind::Trigger }, 0.5)
     }

@@ -38,6 +38,14 @@ pub fn spread(values: &mut [i64]) -> i64 {
     quantile(values, 900).saturating_sub(quantile(values, 100))
 }
 
+/// Returns the width of the shortest interval with half of `values`, which are sorted by it.
+pub fn shortest_half(values: &mut [i64]) -> i64 {
+    values.sort_unstable();
+    let half = values.len() / 2;
+    let widths = values.iter().zip(values.iter().skip(half));
+    widths.map(|(low, high)| high - low).min().unwrap_or(0)
+}
+
 /// Returns the median for rules: the mean of the middle two.
 pub fn median(mut values: Vec<i64>) -> f64 {
     let count = values.len();

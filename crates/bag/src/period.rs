@@ -10,6 +10,12 @@ const MIN_COUNT: usize = 16;
 /// The most events of the first look.
 const MOST: usize = 2_048;
 
+/// How many times the frequency of a period a shorter one has at least.
+const ABOVE: f64 = 1.3;
+
+/// How much sharper than a harmonic a shorter period is at least.
+const SHARP: f64 = 0.3;
+
 /// A period, and how sharp it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EventPeriod {
@@ -19,6 +25,21 @@ pub struct EventPeriod {
     pub sharpness: f64,
     /// The number of distinct events.
     pub events: usize,
+    /// A shorter one that is sharp as well, with its sharpness.
+    shorter: Option<(f64, f64)>,
+}
+
+impl EventPeriod {
+    /// Returns the shorter period that is sharp as well, if there is one.
+    pub fn shorter(self) -> Option<Self> {
+        let (length, sharpness) = self.shorter?;
+        Some(Self {
+            length,
+            sharpness,
+            shorter: None,
+            ..self
+        })
+    }
 }
 
 /// Returns the period of `events` (ns) in order; `None` of too few.
@@ -32,8 +53,19 @@ pub fn period(events: &[i64]) -> Option<EventPeriod> {
         .iter()
         .map(|event| (event - distinct[0]) as f64)
         .collect();
+    let (frequency, higher) = first_look(&times[..times.len().min(MOST)])?;
+    let (length, sharpness) = exact(&times, frequency);
+    Some(EventPeriod {
+        length,
+        sharpness,
+        events: times.len(),
+        shorter: higher.map(|frequency| exact(&times, frequency)),
+    })
+}
+
+/// Returns the period near this `frequency` of the first look, and how sharp it is in all `times`.
+fn exact(times: &[f64], mut frequency: f64) -> (f64, f64) {
     let mut count = times.len().min(MOST);
-    let mut frequency = first_look(&times[..count])?;
     let sharpness = loop {
         let some = &times[..count];
         let width = 1.0 / (4.0 * some[count - 1]);
@@ -46,13 +78,9 @@ pub fn period(events: &[i64]) -> Option<EventPeriod> {
     };
     let mut length = 1.0 / frequency;
     if sharpness > 0.6 {
-        length = straightened(&times, length);
+        length = straightened(times, length);
     }
-    Some(EventPeriod {
-        length,
-        sharpness,
-        events: times.len(),
-    })
+    (length, sharpness)
 }
 
 /// Pointers that are turned at once.
@@ -108,8 +136,9 @@ fn sharpness(times: &[f64], frequency: f64) -> f64 {
     f64::hypot(sine, cosine) / times.len() as f64
 }
 
-/// Returns the lowest frequency nearly as sharp as any between 0.9 and 12 of the mean rate.
-fn first_look(times: &[f64]) -> Option<f64> {
+/// Returns the lowest frequency nearly as sharp as any between 0.9 and 12 of the mean rate, and one
+/// well above it that is sharper than its harmonics.
+fn first_look(times: &[f64]) -> Option<(f64, Option<f64>)> {
     let steps = times.len() - 1;
     let step = 1.0 / (4.0 * times[steps]);
     let (first, last) = ((3.6 * steps as f64).ceil() as usize, 48 * steps);
@@ -140,7 +169,18 @@ fn first_look(times: &[f64]) -> Option<f64> {
         at >= 0.8 * greatest && !is_below(before) && !is_below(found.get(place + 1))
     };
     let peak = (0..found.len()).find(|place| is_peak(*place))?;
-    Some((first + peak) as f64 * step)
+    let frequency = |place: usize| (first + place) as f64 * step;
+    let sharp = |place: usize| found[place] / times.len() as f64;
+    // By how much it is sharper than a normal distribution around the period makes its harmonics.
+    let excess = |place: usize| {
+        let times = frequency(place) / frequency(peak);
+        sharp(place) - sharp(peak).powf(times * times)
+    };
+    let above = ((first + peak) as f64 * ABOVE) as usize;
+    let higher = (above.saturating_sub(first)..found.len())
+        .filter(|place| excess(*place) >= SHARP)
+        .max_by(|one, other| found[*one].total_cmp(&found[*other]));
+    Some((frequency(peak), higher.map(frequency)))
 }
 
 /// Returns the sharpest frequency within `width`.

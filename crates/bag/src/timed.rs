@@ -1,7 +1,7 @@
 //! A node as a timer: the phase at which it reads, by which inputs it used.
 
 use crate::{
-    numbers::{MS, spread},
+    numbers::{MS, shortest_half, spread},
     period::{EventPeriod, snapped},
     stamps::TopicEvents,
     triggered::{Triggered, part},
@@ -19,6 +19,9 @@ const LOSS: f64 = 0.006;
 /// What a multiple of the period may lose against it: messages that were lost on their way to the
 /// node spoil a few of its outputs.
 const MULTIPLE_LOSS: f64 = 0.03;
+
+/// A shorter period must make the costs this much narrower.
+const NARROWER: f64 = 0.7;
 
 /// An output, in time since the first one (ns).
 #[derive(Clone, Copy, Debug)]
@@ -50,10 +53,19 @@ pub struct Timed {
     pub holds: f64,
     /// What lies between the 10th and 90th percentile of end less start (ns).
     pub spread: i64,
+    /// The width of the shortest interval with half of these (ns).
+    pub half: i64,
     /// How far the phase is known (ns).
     pub known_to: f64,
     /// Whether its ticks begin late.
     pub is_late: bool,
+}
+
+impl Timed {
+    /// Returns the latest phase that explains the outputs as well (ns).
+    pub fn latest(&self) -> f64 {
+        self.phase + (self.spread as f64).min(self.known_to) / 2.0
+    }
 }
 
 /// One run of a timer, in time since the first output (ns).
@@ -192,11 +204,14 @@ impl TimedOutputs {
         };
         let (upper, lower) = (end(1), end(-1));
         let known_to = (upper - lower).min(period);
+        let phase = upper - (least as f64 / 2.0).min(known_to / 2.0);
+        at(phase);
         Timed {
             period,
-            phase: upper - (least as f64 / 2.0).min(known_to / 2.0),
+            phase,
             holds: top,
             spread: least,
+            half: shortest_half(&mut costs),
             known_to,
             is_late: false,
         }
@@ -225,17 +240,30 @@ impl TimedOutputs {
             let start = before(phase, period, output.end).max(output.free);
             (output.end - start).round() as i64
         });
+        let mut costs: Vec<i64> = costs.collect();
         Some(Timed {
             phase,
             holds,
-            spread: spread(&mut costs.collect::<Vec<_>>()),
+            spread: spread(&mut costs),
+            half: shortest_half(&mut costs),
             is_late: true,
             ..timed
         })
     }
 
-    /// Returns the timer that explains the outputs best.
-    pub fn timed(&self, period: EventPeriod) -> Timed {
+    /// Returns the timer that explains the outputs best, and how sharp its period is.
+    pub fn timed(&self, period: EventPeriod) -> (Timed, f64) {
+        let of_period = |period| (self.of_period(period), period.sharpness);
+        let found = of_period(period);
+        let shorter = period.shorter().map(of_period).filter(|(shorter, _)| {
+            let narrow = NARROWER * found.0.half as f64;
+            shorter.holds >= found.0.holds - MULTIPLE_LOSS && (shorter.half as f64) < narrow
+        });
+        shorter.unwrap_or(found)
+    }
+
+    /// Returns the timer with about this `period` that explains the outputs best.
+    fn of_period(&self, period: EventPeriod) -> Timed {
         let mut best = self.fit(period.length);
         for multiple in 2..=5 {
             let longer = period.length * f64::from(multiple);

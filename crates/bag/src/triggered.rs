@@ -1,7 +1,7 @@
 //! A node as if each of its outputs were triggered by a message.
 
 use crate::{
-    numbers::{MS, spread},
+    numbers::{MS, shortest_half, spread},
     stamps::TopicEvents,
 };
 
@@ -40,6 +40,8 @@ pub struct Triggered {
     pub busy: f64,
     /// What lies between the 10th and 90th percentile of the costs (ns).
     pub spread: i64,
+    /// The width of the shortest interval with half of the costs (ns).
+    pub half: i64,
 }
 
 impl Triggered {
@@ -99,6 +101,7 @@ impl Triggered {
         fit.negative = part(negative, costs.len());
         fit.busy = part(busy, costs.len());
         fit.spread = spread(&mut costs);
+        fit.half = shortest_half(&mut costs);
         fit
     }
 

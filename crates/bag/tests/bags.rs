@@ -360,10 +360,15 @@ fn the_nodes_of_a_bag_are_the_ones_that_made_it() {
 #[test]
 fn what_is_no_bag_is_refused_with_what_it_is() {
     let folder = Folder::new();
+    let of_sqlite = if cfg!(feature = "sqlite") {
+        "not a database"
+    } else {
+        "ros2 bag convert"
+    };
     for (content, why) in [
         (&b"mine\n"[..], "5 bytes of something else"),
         (b"", "0 bytes"),
-        (b"SQLite format 3\0", "ros2 bag convert"),
+        (b"SQLite format 3\0", of_sqlite),
         (b"#ROSBAG V2.0\n", "mcap convert"),
         (b"topic,log_ns\n", "no message"),
     ] {

@@ -34,7 +34,7 @@ pub fn other_readings(
             experiment.run_until(interrupt).ok()?
         });
         if let Some((system, summary)) = read.zip(summary) {
-            all.add(&reading.what, system.about().chains, &summary);
+            all.add(&reading, system.about().chains, &summary);
         }
     }
     Some(all)

@@ -54,6 +54,18 @@ impl ComparedChain<'_> {
         Some(others.join(", "))
     }
 
+    /// Returns the mean over the phases that nodes at a new rate may have; `None` if it hardly depends
+    /// on them.
+    fn over_phases(&self) -> Option<f64> {
+        let mean = self.mean?;
+        let readings = self.readings?.iter().filter(|age| age.is_phase);
+        let others: Vec<f64> = readings.map(|age| age.mean_ms).collect();
+        let is_far = |other: &f64| change(*other, mean).abs() > SURE_PERCENT;
+        let sum = others.iter().sum::<f64>() + mean;
+        let depends = others.iter().any(is_far);
+        depends.then(|| sum / (others.len() + 1) as f64)
+    }
+
     /// Returns how sure the mean is.
     fn sure(&self) -> String {
         match (self.unsure(), self.readings) {
@@ -115,7 +127,10 @@ pub fn lines(
             figure("mean", of.mean, Some(of.bag.mean_ms)),
             figure("p99", of.p99, of.bag.p99_ms),
         ];
-        let figures: Vec<String> = figures.into_iter().flatten().collect();
+        let over_phases = of.over_phases().map(millis::text);
+        let over_phases = over_phases.map(|ms| format!("mean over phases {ms} ms"));
+        let figures = figures.into_iter().chain([over_phases]);
+        let figures: Vec<String> = figures.flatten().collect();
         let sure = of.sure();
         let figures = if figures.is_empty() {
             "no data here".to_owned()
@@ -146,6 +161,7 @@ pub fn figures(
         let figures = BagFigures {
             mean_change_percent: rounded(mean_change),
             mean_ms: *mean_ms,
+            over_phases_mean_ms: of.over_phases().map(|mean| digits.round(mean)),
             p99_change_percent: rounded(p99_change),
             p99_ms: *p99_ms,
             readings_mean_ms: of
@@ -165,6 +181,8 @@ pub fn figures(
 pub struct BagFigures {
     mean_change_percent: Option<f64>,
     mean_ms: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    over_phases_mean_ms: Option<f64>,
     p99_change_percent: Option<f64>,
     p99_ms: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use ratelab_experiment::Summary;
-use ratelab_system::DataChain;
+use ratelab_system::{DataChain, graph_file::BagReading};
 
 /// The mean age of each chain by each other reading.
 #[derive(Default)]
@@ -17,6 +17,8 @@ pub struct OtherReadings {
 pub struct ReadAge {
     /// What is read in another way.
     pub what: String,
+    /// Whether nodes at a new rate have another phase in it.
+    pub is_phase: bool,
     /// The mean (ms).
     pub mean_ms: f64,
 }
@@ -30,12 +32,13 @@ impl OtherReadings {
         }
     }
 
-    /// Adds the ages of `chains` in a run where `what` is read in another way.
-    pub fn add(&mut self, what: &str, chains: &[DataChain], summary: &Summary) {
+    /// Adds the ages of `chains` in a run by another `reading`.
+    pub fn add(&mut self, reading: &BagReading, chains: &[DataChain], summary: &Summary) {
         for chain in chains {
             let mean = chain.mean_ms(summary.sim_time, &summary.chains);
             let age = mean.map(|mean_ms| ReadAge {
-                what: what.to_owned(),
+                what: reading.what.clone(),
+                is_phase: reading.is_phase(),
                 mean_ms,
             });
             let of_chain = self.by_chain.entry(chain.name().to_owned()).or_default();

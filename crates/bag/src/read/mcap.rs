@@ -6,10 +6,7 @@ use std::{
 };
 
 use crc32fast::Hasher;
-use mcap::{
-    MAGIC, parse_record,
-    records::{Record, op},
-};
+use mcap::{MAGIC, records::op};
 
 use super::{
     FileReading,
@@ -278,40 +275,49 @@ impl McapContent {
 
     /// Takes in a schema or a channel.
     fn describe(&mut self, kind: u8, data: &[u8], reading: &mut FileReading<'_>) {
-        match parse_record(kind, data) {
-            Ok(Record::Schema { header, data }) if self.schemas.len() < MAX_SCHEMAS => {
-                let stamp = || stamp_field(&header.name, &header.encoding, &data);
-                self.schemas.entry(header.id).or_insert_with(stamp);
-            }
-            Ok(Record::Channel(channel)) if !self.channels.contains_key(&channel.id) => {
-                let Some(topic) = reading.bag.topic(&channel.topic) else {
+        let mut fields = Fields(data);
+        match kind {
+            op::SCHEMA if self.schemas.len() < MAX_SCHEMAS => {
+                let (Some(id), Some(name)) = (fields.number(), fields.bytes()) else {
                     return;
                 };
-                let stamp = self
-                    .schemas
-                    .get(&channel.schema_id)
-                    .copied()
-                    .flatten()
-                    .filter(|field| {
-                        let encoding = if *field == StampField::Json {
-                            "json"
-                        } else {
-                            "cdr"
-                        };
-                        channel.message_encoding == encoding
-                    });
-                let has_field = stamp.is_some_and(|field| field != StampField::Json);
-                reading.bag.topic_mut(topic).has_stamps |= has_field;
-                let sequence = Sequence::default();
-                let known = McapChannel {
-                    topic,
-                    stamp,
-                    sequence,
+                let (Some(encoding), Some(text)) = (fields.bytes(), fields.bytes()) else {
+                    return;
                 };
-                self.channels.insert(channel.id, known);
+                let [name, encoding] = [name, encoding].map(String::from_utf8_lossy);
+                let stamp = || stamp_field(&name, &encoding, text);
+                self.schemas.entry(id).or_insert_with(stamp);
             }
+            op::CHANNEL => drop(self.channel(fields, reading)),
             _ => {}
         }
+    }
+
+    /// Takes in a channel with these fields; `None` if they are not whole, or it is there already.
+    fn channel(&mut self, mut fields: Fields<'_>, reading: &mut FileReading<'_>) -> Option<()> {
+        let (id, schema) = (fields.number()?, fields.number()?);
+        if self.channels.contains_key(&id) {
+            return None;
+        }
+        let topic = String::from_utf8_lossy(fields.bytes()?);
+        let encoding = fields.bytes()?;
+        let topic = reading.bag.topic(&topic)?;
+        let is_encoded = |field: &StampField| match field {
+            StampField::Json => encoding == b"json",
+            _ => encoding == b"cdr",
+        };
+        let stamp = self.schemas.get(&schema).copied().flatten();
+        let stamp = stamp.filter(is_encoded);
+        let has_field = stamp.is_some_and(|field| field != StampField::Json);
+        reading.bag.topic_mut(topic).has_stamps |= has_field;
+        let sequence = Sequence::default();
+        let known = McapChannel {
+            topic,
+            stamp,
+            sequence,
+        };
+        self.channels.insert(id, known);
+        Some(())
     }
 
     /// Returns the message that begins with `data`, and its channel. Its record has `length` bytes.
@@ -352,6 +358,26 @@ impl McapContent {
                 *reading.bag.topic_mut(channel.topic).lost.get_or_insert(0) += lost;
             }
         }
+    }
+}
+
+/// The fields of a record to come. The reader of `mcap` reserves as many bytes for a text as its
+/// length says, which may be a lie.
+struct Fields<'a>(&'a [u8]);
+
+impl<'a> Fields<'a> {
+    fn number(&mut self) -> Option<u16> {
+        let (number, rest) = self.0.split_first_chunk()?;
+        self.0 = rest;
+        Some(u16::from_le_bytes(*number))
+    }
+
+    /// Returns bytes behind their length.
+    fn bytes(&mut self) -> Option<&'a [u8]> {
+        let (length, rest) = self.0.split_first_chunk()?;
+        let (bytes, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+        self.0 = rest;
+        Some(bytes)
     }
 }
 

@@ -3,6 +3,8 @@
 mod csv;
 mod mcap;
 mod schema;
+#[cfg(feature = "sqlite")]
+mod sqlite;
 
 use std::{
     fs::{self, File},
@@ -188,6 +190,8 @@ fn read_file(mut source: File, reading: &mut FileReading<'_>) -> Result<(), BagE
         mcap::read(&mut source, reading)
     } else if csv::is_table(&head) {
         csv::read(&mut source, reading)
+    } else if let Some(read) = of_sqlite(&head, reading) {
+        read
     } else {
         return Err(no_bag(&path, found(&head, reading.length)));
     };
@@ -203,10 +207,27 @@ fn read_file(mut source: File, reading: &mut FileReading<'_>) -> Result<(), BagE
     read.map_err(|why| unreadable(&path, why))
 }
 
+/// Reads a file of SQLite, if `head` is of one.
+#[cfg(feature = "sqlite")]
+fn of_sqlite(head: &[u8], reading: &mut FileReading<'_>) -> Option<io::Result<()>> {
+    head.starts_with(SQLITE).then(|| sqlite::read(reading))
+}
+
+/// Reads no file of SQLite without the feature.
+#[cfg(not(feature = "sqlite"))]
+fn of_sqlite(_: &[u8], _: &mut FileReading<'_>) -> Option<io::Result<()>> {
+    None
+}
+
+/// What a file of SQLite begins with.
+const SQLITE: &[u8] = b"SQLite format 3\0";
+
 /// Returns what a file is instead of a bag.
 fn found(head: &[u8], length: u64) -> String {
-    if head.starts_with(b"SQLite format 3\0") {
-        return "an SQLite file: ros2 bag convert makes an MCAP file of it".to_owned();
+    if head.starts_with(SQLITE) {
+        return "an SQLite file: build ratelab with --features sqlite, or ros2 bag convert makes an \
+                MCAP file of it"
+            .to_owned();
     }
     if head.starts_with(b"#ROSBAG V2.0") {
         return "a bag of ROS 1: mcap convert makes an MCAP file of it".to_owned();

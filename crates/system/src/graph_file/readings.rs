@@ -12,12 +12,19 @@ pub struct BagReading {
     pub with: Vec<String>,
 }
 
-/// The parts of a period by which nodes at a new rate are shifted.
-const PHASES: [(f64, &str); 3] = [
-    (0.25, "a quarter period"),
-    (0.5, "half a period"),
-    (0.75, "three quarters of a period"),
-];
+impl BagReading {
+    /// Returns whether nodes at a new rate have another phase in it.
+    pub fn is_phase(&self) -> bool {
+        self.what.starts_with(LATER)
+    }
+}
+
+/// The parts of a period by which nodes at a new rate are shifted. Two rates that lock repeat their
+/// phases after a part of a period: these are apart in the first six such parts, too.
+const PHASES: [f64; 4] = [0.17, 0.28, 0.38, 0.74];
+
+/// What the words of a reading with another phase begin with.
+const LATER: &str = "the phase is ";
 
 /// A queue that no bag has shown to be full.
 const LONG: u32 = 10;
@@ -43,12 +50,12 @@ pub fn readings(before: &str, now: &str) -> Vec<BagReading> {
         })
         .collect();
     let phases = PHASES.iter().filter(|_| !moved.is_empty());
-    all.extend(phases.map(|(part, words)| {
+    all.extend(phases.map(|part| {
         let offset = |(name, period, offset): &(&String, f64, f64)| {
             format!("node.{name:?}.offset = {:.6}", offset + part * period)
         };
         BagReading {
-            what: format!("the phase is {words} later"),
+            what: format!("{LATER}{part} periods later"),
             with: moved.iter().map(offset).collect(),
         }
     }));

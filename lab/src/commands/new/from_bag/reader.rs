@@ -1,6 +1,6 @@
 //! Nodes that read: triggered by messages, or timers.
 
-use ratelab_bag::{BagNode, InputOfNode, Kind, Timed, TimerRun, Triggered};
+use ratelab_bag::{BagNode, InputOfNode, Kind, Timed, TimerRun, Triggered, quantile};
 
 use super::{
     Draft, NO_REPEATS,
@@ -99,6 +99,7 @@ impl Draft<'_> {
                     timed.period / 1e6
                 ));
                 if node.confidence < unsure::SURE {
+                    let timed = self.likely(node, timed);
                     let other = self.reading(&format!("{name}.timer"), node, input, timed);
                     self.others(&[other]);
                 }
@@ -113,8 +114,9 @@ impl Draft<'_> {
         }
     }
 
-    fn timed(&mut self, node: &BagNode, input: &InputOfNode, timed: Timed) {
+    fn timed(&mut self, node: &BagNode, input: &InputOfNode, known: Timed) {
         let name = self.name(node.topic);
+        let timed = self.likely(node, known);
         let mut is_only_new = false;
         for (key, why) in self.timer_keys(&name, node, input, timed) {
             is_only_new |= key.starts_with("only_new");
@@ -132,11 +134,10 @@ impl Draft<'_> {
             let costs = self.costs(&format!("{name}.trigger"), node);
             others.push(format!("trigger = [{parent}], {costs}"));
         }
-        let latest = (timed.spread as f64).min(timed.known_to) / 2.0;
-        if timed.known_to > UNKNOWN * timed.period && !timed.is_late {
+        if known.known_to > UNKNOWN * known.period && !known.is_late {
             let earliest = Timed {
-                phase: timed.phase + latest - timed.known_to,
-                ..timed
+                phase: known.latest() - known.known_to,
+                ..known
             };
             others.push(self.reading(&format!("{name}.early"), node, input, earliest));
         }
@@ -150,6 +151,28 @@ impl Draft<'_> {
             }
         }
         self.others(&others);
+    }
+
+    /// Returns the timer with the likeliest of the phases that explain the bag equally well.
+    fn likely(&self, node: &BagNode, timed: Timed) -> Timed {
+        let Some(outputs) = self.analysis.found().outputs(node) else {
+            return timed;
+        };
+        if timed.is_late || timed.known_to < UNKNOWN * timed.period {
+            return timed;
+        }
+        let at_once = outputs.runs(timed).filter(|run| run.start <= run.tick);
+        let mut costs: Vec<i64> = at_once.map(|run| (run.end - run.start) as i64).collect();
+        let [low, middle, high] = [100, 500, 900].map(|of| quantile(&mut costs, of) as f64);
+        let latest = timed.latest();
+        let least = middle - (latest - timed.phase);
+        let cost = likely_cost([low, middle, high], timed.known_to)
+            .unwrap_or(least + timed.known_to / 2.0)
+            .clamp(least, least + timed.known_to);
+        Timed {
+            phase: timed.phase - (cost - middle),
+            ..timed
+        }
     }
 
     /// Returns how many times as often a timer may tick that is silent without new data: it leaves
@@ -222,7 +245,10 @@ impl Draft<'_> {
         };
         let runs: Vec<TimerRun> = outputs.runs(timed).collect();
         let waited = runs.iter().filter(|run| run.start > run.tick + 1.0);
-        let is_queue = !timed.is_late && waited.count() * 100 > runs.len();
+        let overran = runs.iter().filter(|run| run.end - run.start > timed.period);
+        // A timer of ROS is called once late: only a bag in which it skips instead tells another one.
+        let is_queue = !timed.is_late
+            && (waited.count() * 100 > runs.len() || overran.count() * 100 <= runs.len());
         let mut grid = TimerGrid {
             // Since the first output.
             origin: offset + zero - first,
@@ -260,10 +286,11 @@ impl Draft<'_> {
                 String::new(),
             ),
         ];
-        let wakes = self.sheet.values(name, "wakes", &ticks.wakes);
-        keys.extend(wakes.map(|wakes| (format!("wakes = {wakes}"), String::new())));
-        if is_queue {
-            keys.push(("late = \"queue:1\"".to_owned(), String::new()));
+        // The executor of a shared thread decides on both.
+        if !self.analysis.shares_a_thread(node.topic) {
+            let wakes = self.sheet.values(name, "wakes", &ticks.wakes);
+            keys.extend(wakes.map(|wakes| (format!("wakes = {wakes}"), String::new())));
+            keys.extend(is_queue.then(|| ("late = \"queue:1\"".to_owned(), String::new())));
         }
         let mean = outputs.mean_interval();
         if input.triggered.repeats < NO_REPEATS && mean > SOME_MISSING * timed.period {
@@ -274,6 +301,20 @@ impl Draft<'_> {
         }
         keys
     }
+}
+
+/// Returns the likely median of costs with these quantiles (0.1, 0.5 and 0.9), all of which may be
+/// larger or smaller by one constant; `None` if they are nearly the same. How skewed they are tells
+/// the width of a lognormal distribution against its median.
+fn likely_cost([low, middle, high]: [f64; 3], known_to: f64) -> Option<f64> {
+    // Costs that vary less, against what is open, tell nothing.
+    const CONSTANT: f64 = 0.02;
+    // The deviate of the quantile 0.9.
+    const DEVIATE: f64 = 1.2816;
+    let skew = (high - middle) / (middle - low).max(1.0);
+    let sigma = (skew.max(1.0).ln() / DEVIATE).clamp(0.15, 0.8);
+    let width = high - low;
+    (width > CONSTANT * known_to).then(|| width / (2.0 * (DEVIATE * sigma).sinh()))
 }
 
 /// When the ticks of a timer are due, in time since its first output (ns).

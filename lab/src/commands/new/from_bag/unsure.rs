@@ -93,10 +93,7 @@ fn is_unclear(_: &Analysis, node: &BagNode) -> bool {
 }
 
 fn shares_a_thread(analysis: &Analysis, node: &BagNode) -> bool {
-    analysis
-        .shared
-        .iter()
-        .any(|thread| thread.contains(&node.topic))
+    analysis.shares_a_thread(node.topic)
 }
 
 fn is_busy(analysis: &Analysis, node: &BagNode) -> bool {
