@@ -28,43 +28,21 @@ pub struct MarginAxis {
 impl MarginAxis {
     /// Returns the axes for a policy at `hz`, in a cascade with the delay of each loop.
     pub fn all(hz: f64, is_cascade: bool) -> Vec<Self> {
-        let delay = |name, title, late, knobs| Self {
-            name,
-            title,
-            unit: "ms",
-            last: 1000,
-            first: 0.0,
-            by: 1.0,
-            late,
-            knobs,
-        };
-        let mut axes = vec![delay(
-            "delay",
-            "greatest constant delay of /action",
-            Some(ACTION),
-            &["link /action delay:{}"],
-        )];
+        let mut axes = vec![Self {
+            late: Some(ACTION),
+            ..Self::delay(
+                "delay",
+                "greatest constant delay of /action",
+                &["link /action delay:{}"],
+            )
+        }];
         if is_cascade {
-            axes.extend([
-                delay(
-                    "outer",
-                    "greatest constant delay of /command",
-                    Some(COMMAND),
-                    &["link /command delay:{}"],
-                ),
-                delay(
-                    "inner",
-                    "greatest constant delay of /inner-obs",
-                    Some(INNER_OBS),
-                    &["link /inner-obs delay:{}"],
-                ),
-            ]);
+            axes.extend(Self::of_loops());
         }
         axes.extend([
-            delay(
+            Self::delay(
                 "jitter",
                 "greatest J of a delay from 0 to J",
-                None,
                 &["link /action delay:0..{}"],
             ),
             Self {
@@ -72,10 +50,9 @@ impl MarginAxis {
                 title: "greatest share of lost actions",
                 unit: "%",
                 last: 99,
-                first: 0.0,
                 by: 0.01,
-                late: None,
                 knobs: &["link /action loss:{}"],
+                ..Self::NONE
             },
             Self {
                 name: "rate",
@@ -84,11 +61,64 @@ impl MarginAxis {
                 last: (hz.ceil() as u64).saturating_sub(1),
                 first: hz.ceil(),
                 by: -1.0,
-                late: None,
                 knobs: &["rate sensor {}", "rate policy {}"],
+                ..Self::NONE
             },
         ]);
         axes
+    }
+
+    /// Nothing that gets worse.
+    const NONE: Self = Self {
+        name: "",
+        title: "",
+        unit: "",
+        last: 0,
+        first: 0.0,
+        by: 0.0,
+        late: None,
+        knobs: &[],
+    };
+
+    /// Returns the axis of a delay, to the millisecond.
+    const fn delay(
+        name: &'static str,
+        title: &'static str,
+        knobs: &'static [&'static str],
+    ) -> Self {
+        Self {
+            name,
+            title,
+            unit: "ms",
+            last: 1000,
+            by: 1.0,
+            knobs,
+            ..Self::NONE
+        }
+    }
+
+    /// Returns the axes of the loops of a cascade.
+    const fn of_loops() -> [Self; 2] {
+        let outer = Self::delay(
+            "outer",
+            "greatest constant delay of /command",
+            &["link /command delay:{}"],
+        );
+        let inner = Self::delay(
+            "inner",
+            "greatest constant delay of /inner-obs",
+            &["link /inner-obs delay:{}"],
+        );
+        [
+            Self {
+                late: Some(COMMAND),
+                ..outer
+            },
+            Self {
+                late: Some(INNER_OBS),
+                ..inner
+            },
+        ]
     }
 
     /// Returns the number of steps that a search looks at, at most.
