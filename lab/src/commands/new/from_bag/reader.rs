@@ -78,7 +78,7 @@ impl Draft<'_> {
     fn triggered(&mut self, node: &BagNode, input: &InputOfNode) {
         let name = self.name(node.topic);
         let parent = self.quoted(input.parent);
-        let sure = format!("sure to {:.0} %", node.confidence * 100.0);
+        let sure = format!("{:.0} % sure", node.confidence * 100.0);
         let spread = input.triggered.spread as f64 / 1e6;
         match (input.other, node.kind, input.timed) {
             (Some(other), ..) => {
@@ -274,7 +274,7 @@ impl Draft<'_> {
                 format!("rate = {rate}"),
                 format!(
                     "{repeats:.0} % of its outputs repeat a stamp, {idle:.0} % of the steps leave out an input that \
-                     came while the node was idle; sure to {sure:.0} %"
+                     came while the node was idle; {sure:.0} % sure"
                 ),
             ),
             (
