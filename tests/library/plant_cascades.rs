@@ -30,6 +30,23 @@ fn two_loops_at_one_rate_are_the_controller_that_they_were_split_from() {
     }
 }
 
+#[test]
+fn a_plan_of_an_outer_loop_knows_the_inner_one() {
+    let system = quad("inner = [\"pitch\"]\ninner_rate = 500\nchunk = 50");
+    let slow = "until 10; rate actuator 1000; takes policy 400; rate policy 2; set policy expect-delay 400";
+    for (plan, verdict) in [("committed", "stood"), ("hold", "lost")] {
+        let run = run_of(
+            system.clone(),
+            &config(&format!("{slow}; set policy plan {plan}")),
+        );
+        assert!(
+            run.verdict.name().starts_with(verdict),
+            "{plan}: {}",
+            run.verdict
+        );
+    }
+}
+
 /// The figures of the page: at most one start of ten is lost at the delay that a loop bears, and more a
 /// millisecond later; what theory says of it stands beside.
 #[test]

@@ -1,8 +1,8 @@
 //! Guesses by timing alone, where no stamps tell who reads what. They are not more than that.
 
 use crate::{
-    numbers::{MS, median, quantile, spread, steps},
-    stamps::TopicEvents,
+    numbers::{median, quantile, spread, steps},
+    stamps::{TopicEvents, is_at_once},
 };
 
 /// A topic that another one seems to follow.
@@ -52,12 +52,7 @@ fn followed(a: &TopicEvents, b: &TopicEvents) -> Option<(i64, f64)> {
     let middle_b = quantile(&mut steps(&b.events), 500);
     let width = spread(&mut delays.clone());
     let delay = median(delays);
-    let (near, narrow) = if a.has_source && b.has_source {
-        (0.3 * MS as f64, 3 * MS / 10)
-    } else {
-        (MS as f64, 2 * MS)
-    };
-    let are_together = delay.abs() < near && width < narrow;
+    let are_together = is_at_once(delay, width, a.has_source && b.has_source);
     if width as f64 > 0.4 * middle_a as f64 || are_together {
         return None;
     }

@@ -142,13 +142,18 @@ impl Relation {
 
     /// Returns whether both messages of such a pair are published at once.
     pub fn is_at_once(&self, have_source: bool) -> bool {
-        let (delay, spread) = if have_source {
-            (0.3 * MS as f64, 3 * MS / 10)
-        } else {
-            (MS as f64, 2 * MS)
-        };
-        self.delay.abs() < delay && self.spread < spread
+        is_at_once(self.delay, self.spread, have_source)
     }
+}
+
+/// Returns whether messages with this delay and its spread (ns) are published at once.
+pub fn is_at_once(delay: f64, spread: i64, have_source: bool) -> bool {
+    let (near, narrow) = if have_source {
+        (0.3 * MS as f64, 3 * MS / 10)
+    } else {
+        (MS as f64, 2 * MS)
+    };
+    delay.abs() < near && spread < narrow
 }
 
 /// The relations of all topics, and the topics of one node.

@@ -253,9 +253,9 @@ impl TimedOutputs {
 
     /// Returns the timer that explains the outputs best, and how sharp its period is.
     pub fn timed(&self, period: EventPeriod) -> (Timed, f64) {
-        let of_period = |period| (self.of_period(period), period.sharpness);
-        let found = of_period(period);
-        let shorter = period.shorter().map(of_period).filter(|(shorter, _)| {
+        let with_period = |period| (self.with_period(period), period.sharpness);
+        let found = with_period(period);
+        let shorter = period.shorter().map(with_period).filter(|(shorter, _)| {
             let narrow = NARROWER * found.0.half as f64;
             shorter.holds >= found.0.holds - MULTIPLE_LOSS && (shorter.half as f64) < narrow
         });
@@ -263,7 +263,7 @@ impl TimedOutputs {
     }
 
     /// Returns the timer with about this `period` that explains the outputs best.
-    fn of_period(&self, period: EventPeriod) -> Timed {
+    fn with_period(&self, period: EventPeriod) -> Timed {
         let mut best = self.fit(period.length);
         for multiple in 2..=5 {
             let longer = period.length * f64::from(multiple);

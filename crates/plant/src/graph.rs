@@ -1,5 +1,6 @@
 //! The graph of a run: sensor, policy and actuator around the robot, and the inner loop of a cascade.
 
+use nalgebra::DMatrix;
 use ratelab::{Tick, Topic, Wiring};
 use ratelab_policy::chunk::{ChunkNodes, ChunkPlanner, ChunkSettings};
 use ratelab_system::{BuildError, Builder, SharedWorld, graph_file::PLANT_POLICIES};
@@ -99,8 +100,7 @@ impl RobotPlant {
         let readings = rows(builder, INNER_OBS, &self.robot.state_names());
         self.sensor(builder, INNER_SENSOR, plant, &readings)?;
         let readings = builder.through(&readings, 0)?;
-        let hz = self.rates(builder.setup()).policy;
-        let [_, gains] = self.robot.split(&self.gains(hz).map_err(setting)?);
+        let gains = self.inner_gains(builder)?;
         let robot = self.robot.clone();
         let (commands, actions) = (commands.clone(), actions.clone());
         let rate = self.robot.rate_of(INNER);
@@ -112,6 +112,13 @@ impl RobotPlant {
             actions: wiring.publisher(&actions),
             target: TargetReader(targets.as_ref().map(|targets| wiring.subscription(targets))),
         })
+    }
+
+    /// Returns the gains of the inner loop of a run.
+    fn inner_gains(&self, builder: &Builder<'_>) -> Result<DMatrix<f64>, BuildError> {
+        let hz = self.rates(builder.setup()).policy;
+        let [_, inner] = self.robot.split(&self.gains(hz).map_err(setting)?);
+        Ok(inner)
     }
 
     /// Adds the robot that moves by itself, with the topic of its states.
@@ -215,7 +222,13 @@ impl RobotPlant {
         nodes: ChunkNodes<'_, RobotRow, RobotRow>,
     ) -> Result<u32, BuildError> {
         let robot = &self.robot;
+        let inner = match &robot.spec.inner {
+            Some(inner) => Some((self.inner_gains(builder)?, robot.steps_in(inner.rate))),
+            None => None,
+        };
         let model = RobotCopy {
+            robot: robot.clone(),
+            inner,
             plant: FreeRobot::new(robot.clone(), 0).map_err(setting)?,
             steps: robot.steps_in(robot.spec.rate),
         };

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use nalgebra::DMatrix;
 use ratelab::NodeError;
 use ratelab_policy::{
     AnswerKind, Moment,
@@ -10,6 +11,7 @@ use ratelab_policy::{
 
 use crate::{
     decide::{NoControl, PolicyMaker, RobotLaw},
+    robot::SharedRobot,
     world::{FreeRobot, RobotRow},
 };
 
@@ -21,9 +23,12 @@ impl PlayedAction for RobotRow {
 
 /// A robot of the policy's own.
 pub(crate) struct RobotCopy {
+    pub(crate) robot: SharedRobot,
     pub(crate) plant: FreeRobot,
     /// The steps of physics in the time that an action is meant for.
     pub(crate) steps: u64,
+    /// The gains of an inner loop, with the steps of its period.
+    pub(crate) inner: Option<(DMatrix<f64>, u64)>,
 }
 
 impl PlanModel for RobotCopy {
@@ -42,7 +47,16 @@ impl PlanModel for RobotCopy {
 
     fn act(&mut self, action: &[f32]) {
         let controls: Vec<f64> = action.iter().copied().map(f64::from).collect();
-        self.plant.hold(&controls, self.steps);
+        let Some((gains, period)) = &self.inner else {
+            return self.plant.hold(&controls, self.steps);
+        };
+        let mut left = self.steps;
+        while left > 0 {
+            let steps = left.min(*period);
+            let with_inner = self.robot.fed_back(&controls, gains, &self.plant.state());
+            self.plant.hold(&with_inner, steps);
+            left -= steps;
+        }
     }
 }
 

@@ -353,30 +353,3 @@ impl TickSchedule {
 fn makes_rare(knob: &Knob) -> bool {
     knob.kind().is_time() || knob.kind().has_no_value()
 }
-
-#[cfg(test)]
-mod tests {
-    use ratelab::{Hz, NodeTopology, Topology};
-
-    use super::check_graph;
-
-    #[test]
-    fn a_trigger_that_is_no_topic_is_a_damaged_graph() {
-        let node = NodeTopology {
-            name: "a".to_owned(),
-            priority: 0,
-            hz: Hz::MIN,
-            triggers: vec![0],
-            matching: ratelab::Match::Each,
-            executor: None,
-            executor_index: None,
-            group: None,
-            meters: Vec::new(),
-        };
-        let topology = Topology {
-            nodes: vec![node],
-            topics: Vec::new(),
-        };
-        assert!(check_graph(&topology).is_err());
-    }
-}

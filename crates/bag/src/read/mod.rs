@@ -190,7 +190,7 @@ fn read_file(mut source: File, reading: &mut FileReading<'_>) -> Result<(), BagE
         mcap::read(&mut source, reading)
     } else if csv::is_table(&head) {
         csv::read(&mut source, reading)
-    } else if let Some(read) = of_sqlite(&head, reading) {
+    } else if let Some(read) = from_sqlite(&head, reading) {
         read
     } else {
         return Err(no_bag(&path, found(&head, reading.length)));
@@ -209,13 +209,13 @@ fn read_file(mut source: File, reading: &mut FileReading<'_>) -> Result<(), BagE
 
 /// Reads a file of SQLite, if `head` is of one.
 #[cfg(feature = "sqlite")]
-fn of_sqlite(head: &[u8], reading: &mut FileReading<'_>) -> Option<io::Result<()>> {
+fn from_sqlite(head: &[u8], reading: &mut FileReading<'_>) -> Option<io::Result<()>> {
     head.starts_with(SQLITE).then(|| sqlite::read(reading))
 }
 
 /// Reads no file of SQLite without the feature.
 #[cfg(not(feature = "sqlite"))]
-fn of_sqlite(_: &[u8], _: &mut FileReading<'_>) -> Option<io::Result<()>> {
+fn from_sqlite(_: &[u8], _: &mut FileReading<'_>) -> Option<io::Result<()>> {
     None
 }
 

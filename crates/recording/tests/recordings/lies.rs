@@ -92,16 +92,18 @@ fn an_empty_cell_or_a_row_that_does_not_follow_the_one_before_is_damage() {
 }
 
 #[test]
-fn a_graph_of_thousands_of_ends_is_refused() {
+fn a_graph_of_thousands_of_ends_or_with_ends_that_are_not_there_is_refused() {
     let folder = folder();
-    for (readers, why) in [
-        (vec![1; 20_000], "up to 256 are read"),
-        (vec![1, 1], "graph in this recording is damaged"),
-        (vec![3], "graph in this recording is damaged"),
+    let damaged = "graph in this recording is damaged";
+    for (list, key, ends, why) in [
+        ("topics", "readers", vec![1; 20_000], "up to 256 are read"),
+        ("topics", "readers", vec![1, 1], damaged),
+        ("topics", "readers", vec![3], damaged),
+        ("nodes", "triggers", vec![3], damaged),
     ] {
         let path = fall(&folder);
         alter_json(&path, "__properties/origin", |origin| {
-            origin["shape"]["topics"][0]["readers"] = json!(readers);
+            origin["shape"][list][0][key] = json!(ends);
         });
         let error = Recording::read(&path).expect_err("refused");
         assert_has(&error.to_string(), why);

@@ -48,9 +48,8 @@ fn clocks(bag: &Bag, analysis: &Analysis) -> Vec<(&'static str, String)> {
     let (log, recorder) = (on(TopicClock::Log), on(TopicClock::Recorder));
     if recorder > 0 {
         let least = in_ms(clocks.least_transport);
-        let text = format!(
-            "{recorder} topics on the clock of the recorder, quickest transport {least} ms"
-        );
+        let text =
+            format!("{recorder} topics on the clock of the recorder, fastest delivery {least} ms");
         rows.push(("clock", text));
     }
     if log > 0 {
@@ -220,10 +219,10 @@ fn node_line(bag: &Bag, analysis: &Analysis, node: &BagNode) -> String {
         return format!("{topic} begins here{also}");
     };
     let parent = name(bag, input.parent);
-    let sure = format!("sure to {:.0} %", node.confidence * 100.0);
+    let sure = format!("{:.0} % sure", node.confidence * 100.0);
     let what = match (node.kind, input.timed, input.other) {
         (Kind::Timer, Some(timed), _) => format!(
-            "timer of {:.3} ms reads {parent} ({sure}; read phase known to {:.2} ms)",
+            "timer of {:.3} ms reads {parent} ({sure}; read phase known to within {:.2} ms)",
             timed.period / 1e6,
             timed.known_to / 1e6
         ),

@@ -42,7 +42,7 @@ impl MarginAxis {
         axes.extend([
             Self::delay(
                 "jitter",
-                "greatest J of a delay from 0 to J",
+                "greatest J, for random delays from 0 to J",
                 &["link /action delay:0..{}"],
             ),
             Self {

@@ -45,7 +45,7 @@ impl Margin {
         let value = match (self.value(), self.bears.is_end) {
             (None, _) => "none: it is lost as it is".to_owned(),
             (Some(value), false) => format!("{value} {unit}"),
-            (Some(value), true) => format!("{value} {unit}, the last that was tried"),
+            (Some(value), true) => format!("{value} {unit}, the last value tried"),
         };
         let theory = self.theory.map(|theory| format!("theory {theory} {unit}"));
         let blind = touches && theory.is_some();
@@ -92,21 +92,21 @@ impl MarginReport<'_> {
         );
         let mut lines = vec![
             format!("robot     {}", self.name),
-            format!("start     speeds up to {} m/s, rad/s", spec.start),
+            format!("start     each speed at most {} m/s, rad/s", spec.start),
             format!("limits    {} (m, rad)", limits.join(", ")),
             format!("pole      {pole}"),
             format!(
-                "runs      {runs} of {}, of which {} % have to go well",
+                "runs      {runs} of {}, of which {} % must stay within their limits",
                 self.trials.config.end,
                 100.0 * self.trials.share
             ),
         ];
         lines.extend(self.margins.iter().map(|margin| margin.line(self.touches)));
         let held = match self.held {
-            0 => "no run goes well with the controls of the pose alone".to_owned(),
+            0 => "without feedback no run stays within its limits".to_owned(),
             held => format!(
-                "{held} of {runs} runs go well with the controls of the pose alone: \
-                 there only feedback on old data can lose the robot"
+                "{held} of {runs} runs stay within their limits without feedback: \
+                 only feedback on old data can lose the robot"
             ),
         };
         lines.push(format!("hold      {held}"));

@@ -14,6 +14,12 @@ const SLIGHTLY_LATE: f64 = 0.05;
 /// The part of a period from which on the phase of a timer is not known.
 const UNKNOWN: f64 = 0.04;
 
+/// Costs that vary less, against how far the phase is known, tell nothing of it.
+const CONSTANT: f64 = 0.02;
+
+/// How far costs vary by the transport to the recorder, where there are no other times (ns).
+const LOG_NOISE: f64 = 1e6;
+
 /// The mean interval of its outputs, in periods, from which on some ticks have none.
 const SOME_MISSING: f64 = 1.02;
 
@@ -78,7 +84,7 @@ impl Draft<'_> {
     fn triggered(&mut self, node: &BagNode, input: &InputOfNode) {
         let name = self.name(node.topic);
         let parent = self.quoted(input.parent);
-        let sure = format!("sure to {:.0} %", node.confidence * 100.0);
+        let sure = format!("{:.0} % sure", node.confidence * 100.0);
         let spread = input.triggered.spread as f64 / 1e6;
         match (input.other, node.kind, input.timed) {
             (Some(other), ..) => {
@@ -164,11 +170,18 @@ impl Draft<'_> {
         let at_once = outputs.runs(timed).filter(|run| run.start <= run.tick);
         let mut costs: Vec<i64> = at_once.map(|run| (run.end - run.start) as i64).collect();
         let [low, middle, high] = [100, 500, 900].map(|of| quantile(&mut costs, of) as f64);
-        let latest = timed.latest();
-        let least = middle - (latest - timed.phase);
-        let cost = likely_cost([low, middle, high], timed.known_to)
-            .unwrap_or(least + timed.known_to / 2.0)
-            .clamp(least, least + timed.known_to);
+        let noise = if self.analysis.series[node.topic].has_source {
+            CONSTANT * timed.known_to
+        } else {
+            LOG_NOISE
+        };
+        let least = middle - (timed.latest() - timed.phase);
+        let likely = if high - low < noise {
+            least + timed.known_to / 2.0
+        } else {
+            likely_cost([low, middle, high]).unwrap_or(middle)
+        };
+        let cost = likely.clamp(least, least + timed.known_to);
         Timed {
             phase: timed.phase - (cost - middle),
             ..timed
@@ -274,7 +287,7 @@ impl Draft<'_> {
                 format!("rate = {rate}"),
                 format!(
                     "{repeats:.0} % of its outputs repeat a stamp, {idle:.0} % of the steps leave out an input that \
-                     came while the node was idle; sure to {sure:.0} %"
+                     came while the node was idle; {sure:.0} % sure"
                 ),
             ),
             (
@@ -304,17 +317,14 @@ impl Draft<'_> {
 }
 
 /// Returns the likely median of costs with these quantiles (0.1, 0.5 and 0.9), all of which may be
-/// larger or smaller by one constant; `None` if they are nearly the same. How skewed they are tells
-/// the width of a lognormal distribution against its median.
-fn likely_cost([low, middle, high]: [f64; 3], known_to: f64) -> Option<f64> {
-    // Costs that vary less, against what is open, tell nothing.
-    const CONSTANT: f64 = 0.02;
+/// larger or smaller by one constant. How skewed they are tells the width of a lognormal distribution
+/// against its median; `None` if they are too skewed to be one.
+fn likely_cost([low, middle, high]: [f64; 3]) -> Option<f64> {
     // The deviate of the quantile 0.9.
     const DEVIATE: f64 = 1.2816;
     let skew = (high - middle) / (middle - low).max(1.0);
-    let sigma = (skew.max(1.0).ln() / DEVIATE).clamp(0.15, 0.8);
-    let width = high - low;
-    (width > CONSTANT * known_to).then(|| width / (2.0 * (DEVIATE * sigma).sinh()))
+    let sigma = (skew.max(1.0).ln() / DEVIATE).max(0.15);
+    (sigma < 1.0).then(|| (high - low) / (2.0 * (DEVIATE * sigma).sinh()))
 }
 
 /// When the ticks of a timer are due, in time since its first output (ns).
