@@ -383,10 +383,10 @@ impl Evidence<'_> {
             ..
         } = *self.triggered;
         let grid = self.grid();
-        let little = 0.02 * MS as f64;
-        let ratio = |of_trigger: i64, of_timer: i64| {
+        let ratio = |of_trigger: i64, of_timer: i64, little: f64| {
             (of_trigger as f64 + little) / (of_timer as f64 + little)
         };
+        let (little, of_transport) = (0.02 * MS as f64, 0.5 * MS as f64);
         match grid {
             Some(_) if repeats > 0.02 => return (Kind::Timer, (0.5 + 5.0 * repeats).min(0.99)),
             Some(_) if idle > 0.08 => return (Kind::Timer, 0.95),
@@ -400,22 +400,19 @@ impl Evidence<'_> {
             return (Kind::Trigger, sure.clamp(0.5, 0.99));
         };
         // Costs of two lengths spread far, though each of them is near one of the two.
-        let of_halves = ratio(half, grid.half);
-        let (ratio, is_wide) = (ratio(spread, grid.spread), grid.spread > MS / 10);
-        if busy > 0.8 && self.sharpness > 0.8 && ratio > 0.5 && is_wide {
+        let of_halves = ratio(half, grid.half, of_transport);
+        let of_spreads = ratio(spread, grid.spread, little);
+        let is_wide = grid.spread > MS / 10;
+        if busy > 0.8 && self.sharpness > 0.8 && of_spreads > 0.5 && is_wide {
             return (Kind::Timer, 0.9);
         }
-        if ratio <= 0.8 {
-            return (Kind::Trigger, (1.0 - ratio / 2.0).min(0.99));
-        }
-        if ratio >= 1.25 {
-            return (Kind::Timer, (1.0 - 1.0 / (2.0 * ratio)).min(0.99));
-        }
-        if of_halves <= 0.8 {
-            return (Kind::Trigger, (1.0 - of_halves / 2.0).min(0.99));
-        }
-        if of_halves >= 1.25 {
-            return (Kind::Timer, (1.0 - 1.0 / (2.0 * of_halves)).min(0.99));
+        for ratio in [of_spreads, of_halves] {
+            if ratio <= 0.8 {
+                return (Kind::Trigger, (1.0 - ratio / 2.0).min(0.99));
+            }
+            if ratio >= 1.25 {
+                return (Kind::Timer, (1.0 - 1.0 / (2.0 * ratio)).min(0.99));
+            }
         }
         let outputs = self.triggered.steps.len();
         // A message triggers a node once. A few repeats come from what a recorder lost.

@@ -250,33 +250,12 @@ impl Draft<'_> {
         timed: Timed,
     ) -> Vec<(String, String)> {
         let events = &self.analysis.series[node.topic].events;
-        let first = events.first().copied().unwrap_or(0) as f64;
-        let zero = self.zero as f64;
-        let mut offset = (first + timed.phase - zero).rem_euclid(timed.period);
+        let zero = (self.zero - events.first().copied().unwrap_or(0)) as f64;
         let Some(outputs) = self.analysis.found().outputs(node) else {
             return Vec::new();
         };
         let runs: Vec<TimerRun> = outputs.runs(timed).collect();
-        let waited = runs.iter().filter(|run| run.start > run.tick + 1.0);
-        let overran = runs.iter().filter(|run| run.end - run.start > timed.period);
-        // A timer of ROS is called once late: only a bag in which it skips instead tells another one.
-        let is_queue = !timed.is_late
-            && (waited.count() * 100 > runs.len() || overran.count() * 100 <= runs.len());
-        let mut grid = TimerGrid {
-            // Since the first output.
-            origin: offset + zero - first,
-            period: timed.period,
-            is_queue,
-            is_late: timed.is_late,
-            early: 0.0,
-        };
-        let mut ticks = TimerTicks::new(&runs, grid);
-        grid.early = ticks.too_new(&grid, (1.0 - timed.holds) * runs.len() as f64, runs.len());
-        if grid.early > 0.0 {
-            offset = (offset - grid.early).rem_euclid(timed.period);
-            grid.origin = offset + zero - first;
-            ticks = TimerTicks::new(&runs, grid);
-        }
+        let (grid, ticks) = TimerGrid::fitted(timed, &runs, zero);
         let repeats = 100.0 * input.triggered.repeats;
         let idle = 100.0 * input.triggered.idle;
         let rate = nine_digits(1e9 / timed.period);
@@ -291,7 +270,7 @@ impl Draft<'_> {
                 ),
             ),
             (
-                format!("offset = {}", number(offset / 1e6)),
+                format!("offset = {}", number((grid.origin - zero) / 1e6)),
                 format!("read phase known to {} ms", number(timed.known_to / 1e6)),
             ),
             (
@@ -303,7 +282,10 @@ impl Draft<'_> {
         if !self.analysis.shares_a_thread(node.topic) {
             let wakes = self.sheet.values(name, "wakes", &ticks.wakes);
             keys.extend(wakes.map(|wakes| (format!("wakes = {wakes}"), String::new())));
-            keys.extend(is_queue.then(|| ("late = \"queue:1\"".to_owned(), String::new())));
+            keys.extend(
+                grid.is_queue
+                    .then(|| ("late = \"queue:1\"".to_owned(), String::new())),
+            );
         }
         let mean = outputs.mean_interval();
         if input.triggered.repeats < NO_REPEATS && mean > SOME_MISSING * timed.period {
@@ -330,7 +312,7 @@ fn likely_cost([low, middle, high]: [f64; 3]) -> Option<f64> {
 /// When the ticks of a timer are due, in time since its first output (ns).
 #[derive(Clone, Copy)]
 struct TimerGrid {
-    /// The first due time of the graph.
+    /// The first due time of the graph, since the first output.
     origin: f64,
     period: f64,
     /// Whether a due time waits for the run before.
@@ -342,6 +324,30 @@ struct TimerGrid {
 }
 
 impl TimerGrid {
+    /// Returns the grid of a timer with these `runs`, in a file whose time begins at `zero`, and its
+    /// ticks.
+    fn fitted(timed: Timed, runs: &[TimerRun], zero: f64) -> (Self, TimerTicks) {
+        let waited = runs.iter().filter(|run| run.start > run.tick + 1.0);
+        let overran = runs.iter().filter(|run| run.end - run.start > timed.period);
+        let origin = |phase: f64| zero + (phase - zero).rem_euclid(timed.period);
+        let mut grid = Self {
+            origin: origin(timed.phase),
+            period: timed.period,
+            // A timer of ROS is called once late, unless the bag shows that it skips instead.
+            is_queue: !timed.is_late
+                && (waited.count() * 100 > runs.len() || overran.count() * 100 <= runs.len()),
+            is_late: timed.is_late,
+            early: 0.0,
+        };
+        let mut ticks = TimerTicks::new(runs, grid);
+        grid.early = ticks.too_new(&grid, (1.0 - timed.holds) * runs.len() as f64, runs.len());
+        if grid.early > 0.0 {
+            grid.origin = origin(grid.origin - grid.early);
+            ticks = TimerTicks::new(runs, grid);
+        }
+        (grid, ticks)
+    }
+
     fn due(self, number: f64) -> f64 {
         self.origin + number * self.period
     }
