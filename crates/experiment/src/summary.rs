@@ -134,7 +134,7 @@ impl Summary {
         let chains = system.about().chains.iter();
         let silent = chains.filter_map(|chain| {
             let why = chain.without_data(self.sim_time, &self.chains, &silence)?;
-            Some(format!("{} {why}", chain.name()))
+            Some(format!("{}: {why}", chain.name()))
         });
         silent.collect()
     }
