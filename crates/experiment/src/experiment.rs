@@ -266,8 +266,8 @@ impl Experiment {
         self.run_with(&mut RealClock::default())
     }
 
-    /// Runs in virtual time without pacing; `None` if `interrupt` stopped the run before it came to
-    /// a result.
+    /// Runs as [`run`](Self::run) does, on the clock and at the speed of the configuration; `None` if
+    /// `interrupt` stopped the run before it came to a result.
     ///
     /// # Errors
     /// [`Fault`] if a node failed.

@@ -36,8 +36,9 @@ impl RobotPlant {
         self.robot.bearable(&gains, rates, late)
     }
 
-    /// Returns the lowest whole rate from which deviations grow at none up to the policy's in `setup`
-    /// (Hz), each with the gains for it; `None` where they grow at all rates.
+    /// Returns the lowest whole rate (Hz) such that no deviation grows at it, nor at any whole rate from
+    /// there up to the policy's in `setup`, each with its own gains; `None` if one grows already at the
+    /// policy's.
     pub fn lowest_rate(&self, setup: &Setup) -> Option<f64> {
         let rates = self.rates(setup);
         let is_steady = |rate: &f64| {

@@ -100,8 +100,8 @@ impl Robot {
         )
     }
 
-    /// Changes a reading to what it were if the reference stood still, and the robot were as far from it
-    /// as it is from `target`.
+    /// Changes a reading to what it would be if the reference stood still and the robot were as far
+    /// from it as it now is from `target`.
     pub(crate) fn seen_from(&self, target: &[f64], reading: &mut [f64]) {
         let [positions, coordinates, ..] = self.model.sizes();
         let (Some((places, rest)), Some((amounts, speeds))) = (

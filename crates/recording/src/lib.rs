@@ -8,12 +8,15 @@
 //! file ──► rrd ──► check ──► Recording ──► replay, verify
 //! ```
 //!
-//! | folder | what is in it |
+//! | file or folder | what is in it |
 //! |---|---|
 //! | `run/` | a recorded run as a value |
 //! | `recorder/` | the thread that records a run in some format; another one begins at its head |
 //! | `rrd/` | rerun's format, the only part that knows rerun: writer, reader, viewer, what is drawn |
-//! | `check/` | what a file claims, against what is in it |
+//! | `check.rs` | what a file claims, against what is in it |
+//! | `replay.rs` | a recording, replayed into the counters of a screen |
+//! | `durations.rs` | durations measured in a run, for draws in another |
+//! | `printable.rs` | texts of others, made safe for a terminal |
 //! | `verify/` | a recorded run executed again and compared |
 //!
 //! What is recorded of a message and of a tick is described once, in `run/series.rs`: both are

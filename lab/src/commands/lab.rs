@@ -176,7 +176,13 @@ fn refuse_options(args: &PictureArgs) -> Result<(), Error> {
         || graph.clock.is_some()
         || graph.duration_s.is_some()
         || graph.seed.is_some()
-        || graph.like.is_some();
+        || graph.like.is_some()
+        || graph.speed.is_some()
+        || graph.realtime
+        || graph.timing.world.is_some()
+        || graph.timing.world_step_ms.is_some()
+        || !graph.timing.takes.is_empty()
+        || !graph.timing.offset.is_empty();
     if given {
         let why = "the run of a recording is what it was: leave the options of the graph out";
         Err(Error::BadInput(why.to_owned()))

@@ -73,9 +73,8 @@ impl Facts<'_> {
             .collect()
     }
 
-    /// Returns what the nodes are asked for beyond their time, with the knobs in force and one
-    /// `more`.
-    pub fn overloads(&self, more: Option<Knob>) -> Vec<String> {
+    /// Returns the warnings of the system about a run with the knobs in force and one `more`.
+    pub fn warnings(&self, more: Option<Knob>) -> Vec<String> {
         let mut setup = self.system.about().setup();
         setup.extend(self.setup.iter().cloned().chain(more));
         self.system.warnings(&setup)
@@ -93,7 +92,7 @@ impl Facts<'_> {
         let needed = tried.and_then(|tried| tried.needed.as_deref());
         let (hopeless, fresh) = (self.system.judge().lost_anyway(self.setup), self.fresh());
         if hopeless.is_some() || (fresh.is_some() && needed.is_none()) {
-            let why = hopeless.unwrap_or_else(|| self.unequal());
+            let why = hopeless.unwrap_or_else(|| self.not_held());
             let parts: Vec<String> = fresh.into_iter().chain([why]).collect();
             let remedy = self.choice().map(|_| Remedy::OtherMessage);
             return vec![CauseLine {
@@ -185,13 +184,13 @@ impl Facts<'_> {
     }
 
     /// States that the message in force, such as a policy, does not hold the system.
-    fn unequal(&self) -> String {
+    fn not_held(&self) -> String {
         match self.choice() {
             Some(alias) => {
                 let value = names::short_value(self.system, alias, self.setup);
-                format!("{} {value} does not balance it", alias.name)
+                format!("{} {value} does not hold it", alias.name)
             }
-            None => "what decides does not balance it".to_owned(),
+            None => "what decides does not hold it".to_owned(),
         }
     }
 

@@ -373,10 +373,10 @@ impl Facts<'_> {
         let Ok(hz) = Hz::new(node.hz.get() * 1.25) else {
             return true;
         };
-        self.overloads(Some(Knob::Rate {
+        self.warnings(Some(Knob::Rate {
             node: node.name.to_string(),
             hz,
-        })) == self.overloads(None)
+        })) == self.warnings(None)
     }
 
     /// Returns the alias of the rate of `node`, and its place among the aliases of rates.

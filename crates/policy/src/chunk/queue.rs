@@ -286,7 +286,7 @@ impl PlayQueue {
     }
 }
 
-/// The most ticks that are remembered: three quarters of an hour.
+/// The most ticks that are remembered: three quarters of an hour at 50 Hz.
 const MAX_TICKS: usize = 1 << 17;
 
 /// What the player played. Figures of the run are made of it, so it outlives a crash.

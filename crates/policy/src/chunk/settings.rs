@@ -13,7 +13,7 @@ use super::{ChunkError, PLAYER, POLICY};
 pub struct Horizon(usize);
 
 impl Horizon {
-    /// The longest chunk: 20 s.
+    /// The most actions in a chunk: 20 s of them at 50 Hz.
     pub const MAX: usize = 1000;
 
     /// Returns the number of actions.

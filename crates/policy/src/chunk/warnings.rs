@@ -41,14 +41,18 @@ impl ChunkTimes {
                 .and_then(|link| link.delay.median())
                 .unwrap_or_default()
         };
-        let rate = setup
+        let interval_s = setup
             .rate(POLICY)
             .map_or(settings.of.period.as_secs_f64(), |hz| 1.0 / hz.get());
         let most = cost(USUAL);
-        let periods = (most.as_secs_f64() / rate).ceil().max(1.0);
+        let periods = (most.as_secs_f64() / interval_s).ceil().max(1.0);
         let period = match settings.refill {
-            Some(share) => settings.duration().mul_f64(1.0 - share),
-            None => Duration::from_secs_f64(rate * periods),
+            // The player asks once in a tick at most.
+            Some(share) => settings
+                .duration()
+                .mul_f64(1.0 - share)
+                .max(settings.of.period),
+            None => Duration::from_secs_f64(interval_s * periods),
         };
         Self {
             cost: [cost(0.5), most],

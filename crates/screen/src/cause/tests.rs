@@ -270,8 +270,7 @@ fn a_network_outside_of_its_training_is_to_blame_and_its_age_is_not() {
     let (summary, cause, named) = with(&network());
     assert!(summary.verdict.is_lost());
     assert!(named.is_empty(), "{named:?}");
-    let text =
-        "age is not to blame (10 ms of 96–106): policy patient.safetensors does not balance it";
+    let text = "age is not to blame (10 ms of 96–106): policy patient.safetensors does not hold it";
     assert_eq!(cause, [text]);
     for linear in ["scripted", "lqr"] {
         assert!(!with(linear).0.verdict.is_lost(), "{linear}");

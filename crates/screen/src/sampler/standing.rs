@@ -109,7 +109,7 @@ impl RunMoment<'_> {
             "RUNNING"
         };
         let mut why = self.gone();
-        why.extend(self.facts.overloads(None));
+        why.extend(self.facts.warnings(None));
         why.push(format!("if it ended now: {ended}"));
         ended
             .is_lost()
@@ -149,7 +149,7 @@ impl RunMoment<'_> {
         {
             return state(Standing::Warned, "", headline, self.reasons(trials));
         }
-        let mut why = self.facts.overloads(None);
+        let mut why = self.facts.warnings(None);
         why.extend(self.living());
         let rate_turned = self
             .facts
@@ -197,7 +197,7 @@ impl RunMoment<'_> {
         let trial = Trial::new(system, session.config(), facts.setup.clone(), now);
         let tried = trials.follow(trial, facts.cures(), session.summary().is_some());
         // More load than there is time for comes before the parts of an age, which follow from it.
-        let mut reasons = facts.overloads(None);
+        let mut reasons = facts.warnings(None);
         let lines = facts.cause(tried).into_iter();
         reasons.extend(lines.map(|line| told(line, self.live)));
         reasons
