@@ -54,16 +54,13 @@ impl LoopTimes {
     /// Returns the times with an inner loop that decides every `inner` steps; `None` for loops that
     /// tick together too rarely.
     pub(crate) fn around(self, inner: u64) -> Option<Self> {
-        let (mut divisor, mut rest) = (self.policy, inner);
-        while rest > 0 {
-            (divisor, rest) = (rest, divisor % rest);
-        }
-        let times = inner / divisor;
-        let all = self.policy.checked_mul(times)?;
-        (all <= LONGEST).then_some(Self {
+        let all = (1..=LONGEST / self.policy)
+            .map(|times| times * self.policy)
+            .find(|all| all % inner == 0)?;
+        Some(Self {
             inner,
             all,
-            all_s: self.all_s * times as f64,
+            all_s: self.all_s * (all / self.policy) as f64,
             ..self
         })
     }

@@ -103,7 +103,7 @@ pub fn phases(text: &str) -> Result<usize, ValueError> {
     within(text, "settings of the phases", 1..=1_000)
 }
 
-/// Returns a number of messages that a hunt loses; how many are too many is its own matter.
+/// Returns a number of messages that a hunt may lose.
 pub fn messages(text: &str) -> Result<usize, ValueError> {
     within(text, "messages", 0..=1_000_000)
 }

@@ -38,7 +38,7 @@ impl OtherReadings {
             let mean = chain.mean_ms(summary.sim_time, &summary.chains);
             let age = mean.map(|mean_ms| ReadAge {
                 what: reading.what.clone(),
-                is_phase: reading.is_phase(),
+                is_phase: reading.is_phase,
                 mean_ms,
             });
             let of_chain = self.by_chain.entry(chain.name().to_owned()).or_default();

@@ -23,6 +23,10 @@ type Topics = HashMap<i64, (usize, Option<StampField>)>;
 /// The error of SQLite for a file without the tables of rosbag2.
 pub fn read(reading: &mut FileReading<'_>) -> io::Result<()> {
     let file = open(Path::new(&reading.name)).map_err(io::Error::other)?;
+    if !has_tables(&file).map_err(io::Error::other)? {
+        let why = "the tables topics and messages of rosbag2 are missing";
+        return Err(io::Error::other(why));
+    }
     let topics = topics(&file, reading).map_err(io::Error::other)?;
     let mut count = 0;
     if let Err(why) = messages(&file, &topics, reading, &mut count) {
@@ -49,18 +53,21 @@ fn open(path: &Path) -> Result<Connection> {
     Ok(file)
 }
 
-/// Returns the topics of a file. A view in place of a table may compute for ever: it counts as none.
+/// Returns whether a file has the tables of rosbag2.
+fn has_tables(file: &Connection) -> Result<bool> {
+    Ok(has_table(file, "topics")? && has_table(file, "messages")?)
+}
+
+/// Returns whether a file has a table called `name`. A view in its place may compute for ever: it
+/// counts as none.
+fn has_table(file: &Connection, name: &str) -> Result<bool> {
+    let sql = "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = ?";
+    file.query_one(sql, [name], |row| Ok(row.get::<_, i64>(0)? > 0))
+}
+
+/// Returns the topics of a file.
 fn topics(file: &Connection, reading: &mut FileReading<'_>) -> Result<Topics> {
-    let is_table = |name: &str| {
-        let sql = "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = ?";
-        file.query_one(sql, [name], |row| row.get::<_, i64>(0))
-    };
-    if is_table("topics")? + is_table("messages")? < 2 {
-        return Err(rusqlite::Error::InvalidParameterName(
-            "the tables topics and messages of rosbag2 are not there".to_owned(),
-        ));
-    }
-    let schemas = schemas(file, is_table("message_definitions")? > 0);
+    let schemas = schemas(file, has_table(file, "message_definitions")?);
     let mut topics = Topics::new();
     let mut rows = file.prepare("SELECT id, name, type, serialization_format FROM topics")?;
     let mut rows = rows.query([])?;
@@ -165,36 +172,45 @@ mod tests {
 
     /// Returns the bytes of a file with 100 messages of each topic: 10 ms old at 10 Hz.
     fn file(tables: &str) -> Vec<u8> {
-        let folder = tempfile::tempdir().unwrap();
+        let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("bag_0.db3");
-        let file = Connection::open(&path).unwrap();
-        file.execute_batch(tables).unwrap();
+        let file = Connection::open(&path).expect("a file");
+        file.execute_batch(tables).expect("tables");
         let sql = "INSERT INTO messages (topic_id, timestamp, data) VALUES (?, ?, ?)";
         for message in 0..200_u32 {
             let ms = 1_000 + 50 * message;
             let stamp = u64::from(ms) * 1_000_000 - 10_000_000;
             let mut data = vec![0, 1, 0, 0];
-            data.extend(u32::try_from(stamp / 1_000_000_000).unwrap().to_le_bytes());
-            data.extend(u32::try_from(stamp % 1_000_000_000).unwrap().to_le_bytes());
+            data.extend(
+                u32::try_from(stamp / 1_000_000_000)
+                    .expect("32 bits")
+                    .to_le_bytes(),
+            );
+            data.extend(
+                u32::try_from(stamp % 1_000_000_000)
+                    .expect("32 bits")
+                    .to_le_bytes(),
+            );
             data.resize(300, 7);
             let log = i64::from(ms) * 1_000_000;
-            file.execute(sql, (message % 2 + 1, log, data)).unwrap();
+            file.execute(sql, (message % 2 + 1, log, data))
+                .expect("a row");
         }
         drop(file);
-        fs::read(path).unwrap()
+        fs::read(path).expect("read")
     }
 
     fn read_bytes(bytes: &[u8]) -> std::result::Result<Bag, BagError> {
-        let folder = tempfile::tempdir().unwrap();
+        let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a ?%23.db3");
-        fs::write(&path, bytes).unwrap();
+        fs::write(&path, bytes).expect("written");
         read(folder.path(), &mut |_, _| ControlFlow::Continue(()))
     }
 
     #[test]
     fn files_of_sqlite_have_stamps_by_their_schemas_or_known_types() {
         let stamped = |tables: &str| {
-            let bag = read_bytes(&file(tables)).unwrap();
+            let bag = read_bytes(&file(tables)).expect("a bag");
             let ages = bag.topics.iter().map(|topic| {
                 assert_eq!((topic.messages.len(), topic.bytes), (100, 30_000));
                 let message = topic.messages[50];
@@ -216,7 +232,7 @@ mod tests {
             "CREATE VIEW topics AS SELECT 1; CREATE TABLE messages(id,
             topic_id, timestamp, data);",
         ));
-        let why = others.unwrap_err().to_string();
+        let why = others.expect_err("refused").to_string();
         assert!(
             why.contains("tables topics and messages of rosbag2"),
             "{why}"

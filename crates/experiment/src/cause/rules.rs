@@ -288,9 +288,7 @@ impl Facts<'_> {
     fn twice_the_rate(&self, owner: AgeOwner) -> Option<Knob> {
         let (node, view) = (owner.place(), &self.graph.nodes[owner.place()]);
         let is_timed = view.triggers.is_empty();
-        let steps = self
-            .rate_alias(&view.name)
-            .is_some_and(|(number, _)| number < self.stepped_rates);
+        let steps = self.stepped_rate(&view.name).is_some();
         let hz = candidates::twice(view.hz)?;
         (is_timed && !steps && self.has_time(node)).then(|| Knob::Rate {
             node: view.name.to_string(),
@@ -341,7 +339,6 @@ impl Facts<'_> {
         place: Option<usize>,
     ) -> Option<Remedy> {
         let name = self.name(owner);
-        let alias = self.rate_alias(name);
         let is_its_rate = |knob: &_| Knob::kind(knob) == KnobKind::Rate && knob.target() == name;
         let raised = self.turned().iter().any(is_its_rate)
             && self.pace(owner.place()) > self.graph.nodes[owner.place()].hz.period();
@@ -350,6 +347,7 @@ impl Facts<'_> {
             return Some(Remedy::Known(load.to_owned()));
         }
         if raised {
+            let alias = self.rate_alias(name);
             let setting =
                 alias.map_or_else(|| format!("rate {name}"), |(_, it)| it.name.to_owned());
             return Some(Remedy::Known(if self.lost {
@@ -358,7 +356,7 @@ impl Facts<'_> {
                 format!("{setting} was raised: the age falls now")
             }));
         }
-        match alias.filter(|(number, _)| *number < self.stepped_rates) {
+        match self.stepped_rate(name) {
             Some((place, alias)) => Some(Remedy::Raise {
                 place,
                 name: alias.name,
@@ -388,6 +386,12 @@ impl Facts<'_> {
             .filter(|alias| alias.kind() == KnobKind::Rate)
             .enumerate()
             .find(|(_, alias)| alias.knobs == [(KnobKind::Rate, node)])
+    }
+
+    /// Returns the same for a rate that is raised by steps.
+    fn stepped_rate(&self, node: &str) -> Option<(usize, &Alias)> {
+        self.rate_alias(node)
+            .filter(|(number, _)| *number < self.stepped_rates)
     }
 
     /// Returns the share of `owner` in the age, in parentheses.

@@ -89,12 +89,12 @@ struct OwnChunk {
 
 impl OwnChunk {
     /// Returns its action for run time `at`: after its end the last one, before its start none.
-    fn action(&self, of: ActionShape, at: Time) -> Option<&[f32]> {
+    fn action(&self, shape: ActionShape, at: Time) -> Option<&[f32]> {
         if at < self.origin {
             return None;
         }
-        let index = (at.since(self.origin).as_nanos() / of.period.as_nanos()) as usize;
-        let mut actions = self.actions.chunks_exact(of.width);
+        let index = (at.since(self.origin).as_nanos() / shape.period.as_nanos()) as usize;
+        let mut actions = self.actions.chunks_exact(shape.width);
         let last = actions.len().checked_sub(1)?;
         actions.nth(index.min(last))
     }
@@ -180,8 +180,8 @@ impl<M: PlanModel> ChunkPlanner<M> {
         from: Time,
     ) -> Arc<[f32]> {
         self.model.place(reading);
-        let of = self.settings.of;
-        let size = self.settings.horizon.get() * of.width;
+        let shape = self.settings.shape;
+        let size = self.settings.horizon.get() * shape.width;
         let (mut at, mut actions) = (origin, Vec::with_capacity(size));
         while actions.len() < size {
             let action = if at < from {
@@ -195,12 +195,12 @@ impl<M: PlanModel> ChunkPlanner<M> {
                 policy.action(&state)
             };
             self.model.act(&action);
-            at = at + of.period;
+            at = at + shape.period;
             actions.extend(action);
         }
         // A short chunk ends with its last action, again and again.
         let mut place = actions.len();
-        while let Some(before) = place.checked_sub(of.width).filter(|_| place < size) {
+        while let Some(before) = place.checked_sub(shape.width).filter(|_| place < size) {
             actions.push(actions[before]);
             place += 1;
         }
@@ -211,9 +211,9 @@ impl<M: PlanModel> ChunkPlanner<M> {
     /// Returns the action to be played at run time `at`, as far as the policy knows: that of its
     /// newest chunk which is played by then, or none.
     fn committed(&self, at: Time) -> Vec<f32> {
-        let of = self.settings.of;
+        let shape = self.settings.shape;
         let newest = self.own.iter().rev().find(|chunk| chunk.from <= at);
-        let action = newest.and_then(|chunk| chunk.action(of, at));
+        let action = newest.and_then(|chunk| chunk.action(shape, at));
         action.map_or_else(|| self.none.clone(), <[f32]>::to_vec)
     }
 

@@ -53,8 +53,8 @@ impl<A: PlayedAction> Player<A> {
             requests,
             asked: None,
             settings: *settings,
-            queue: PlayQueue::new(settings.of, settings.play, settings.merge),
-            history: History::new(settings.of.width),
+            queue: PlayQueue::new(settings.shape, settings.play, settings.merge),
+            history: History::new(settings.shape.width),
             has_begun: false,
             seam: false,
             pending: None,
@@ -103,7 +103,7 @@ impl<A: PlayedAction> Player<A> {
         let last = self.history.last.as_ref();
         PlayerStep {
             played: 1.0,
-            predicted: as_planned as f64 * self.settings.of.period.as_nanos() as f64,
+            predicted: as_planned as f64 * self.settings.shape.period.as_nanos() as f64,
             change: last.map_or(f64::NAN, |last| greatest_change(last, &planned.action)),
             ..PlayerStep::default()
         }
@@ -181,7 +181,7 @@ impl<A: PlayedAction> Node for Player<A> {
 
     /// It has forgotten its chunks, what it played, and its settings.
     fn restart(&mut self) -> Result<(), NodeError> {
-        self.queue = PlayQueue::new(self.settings.of, self.settings.play, self.settings.merge);
+        self.queue = PlayQueue::new(self.settings.shape, self.settings.play, self.settings.merge);
         self.has_begun = false;
         self.asked = None;
         self.history.restart(self.pending.take().is_some());

@@ -23,7 +23,7 @@ const MAX_CHUNKS: usize = 1 << 16;
 /// A chunk that the player has taken.
 pub(super) struct Taken {
     pub(super) chunk: Chunk,
-    of: ActionShape,
+    shape: ActionShape,
     pub(super) seq: u64,
     pub(super) origin: Time,
     /// What an action of it is derived from.
@@ -35,9 +35,9 @@ pub(super) struct Taken {
 }
 
 impl Taken {
-    fn new(message: Message<Chunk>, of: ActionShape, at: Time) -> Self {
+    fn new(message: Message<Chunk>, shape: ActionShape, at: Time) -> Self {
         Self {
-            of,
+            shape,
             seq: message.seq,
             origin: message.sensed(),
             cause: message.cause(),
@@ -45,7 +45,7 @@ impl Taken {
             used: message
                 .data
                 .actions
-                .chunks_exact(of.width)
+                .chunks_exact(shape.width)
                 .map(|_| false.into())
                 .collect(),
             chunk: message.data,
@@ -55,14 +55,14 @@ impl Taken {
     /// Returns the place of the action that is meant for run time `now`: before the first one
     /// negative.
     pub(super) fn place_by_time(&self, now: Time) -> i64 {
-        periods(self.of, self.origin, now)
+        periods(self.shape, self.origin, now)
     }
 
     /// Returns the place of the action to be played at `now`.
     fn place(&self, play: PlayKind, now: Time, history: &History) -> i64 {
         match play {
             PlayKind::Time => self.place_by_time(now),
-            PlayKind::Arrival => periods(self.of, self.at, now),
+            PlayKind::Arrival => periods(self.shape, self.at, now),
             PlayKind::Executed => history.executed(self.origin) as i64,
         }
     }
@@ -70,7 +70,7 @@ impl Taken {
     /// Returns the action at this place, if any.
     pub(super) fn action(&self, place: i64) -> Option<&[f32]> {
         let place = usize::try_from(place).ok()?;
-        self.chunk.actions.chunks_exact(self.of.width).nth(place)
+        self.chunk.actions.chunks_exact(self.shape.width).nth(place)
     }
 
     /// Returns the number of its actions.
@@ -92,9 +92,9 @@ impl Taken {
 }
 
 /// Whole periods of actions from one run time to another.
-fn periods(of: ActionShape, from: Time, to: Time) -> i64 {
+fn periods(shape: ActionShape, from: Time, to: Time) -> i64 {
     let [from, to] = [from, to].map(|time| i128::from(time.as_nanos()));
-    let periods = (to - from).div_euclid(of.period.as_nanos() as i128);
+    let periods = (to - from).div_euclid(shape.period.as_nanos() as i128);
     periods.clamp(i64::MIN.into(), i64::MAX.into()) as i64
 }
 
@@ -160,7 +160,7 @@ impl Planned {
 
 /// The chunks that were taken, and what is planned of them.
 pub(super) struct PlayQueue {
-    of: ActionShape,
+    shape: ActionShape,
     pub(super) play: PlayKind,
     merge: Merge,
     /// The newest last.
@@ -170,9 +170,9 @@ pub(super) struct PlayQueue {
 }
 
 impl PlayQueue {
-    pub(super) fn new(of: ActionShape, play: PlayKind, merge: Merge) -> Self {
+    pub(super) fn new(shape: ActionShape, play: PlayKind, merge: Merge) -> Self {
         Self {
-            of,
+            shape,
             play,
             merge,
             taken: VecDeque::new(),
@@ -210,7 +210,7 @@ impl PlayQueue {
 
     /// Takes a chunk in the tick that starts at `now`.
     pub(super) fn take(&mut self, message: Message<Chunk>, now: Time, history: &History) {
-        let taken = Arc::new(Taken::new(message, self.of, now));
+        let taken = Arc::new(Taken::new(message, self.shape, now));
         if let Merge::Blend(weight) = self.merge {
             self.blend(&taken, taken.place(self.play, now, history), weight);
         }
@@ -250,7 +250,7 @@ impl PlayQueue {
     /// Returns the weighted mean of all chunks with an action for now.
     fn ensemble(&self, now: Time, decay: f64, history: &History) -> Option<Planned> {
         let at = |taken: &Arc<Taken>| Planned::one(taken, taken.place(self.play, now, history));
-        let (mut weights, mut actions, mut ages) = (0.0, vec![0.0; self.of.width], 0.0);
+        let (mut weights, mut actions, mut ages) = (0.0, vec![0.0; self.shape.width], 0.0);
         let (mut newest, mut parts) = (None, Vec::new());
         for (number, mut one) in self.taken.iter().filter_map(at).enumerate() {
             let weight = (-decay * number as f64).exp();

@@ -203,7 +203,7 @@ pub struct ChunkSettings {
     /// 1); `None` for a policy that ticks at its rate.
     pub refill: Option<f64>,
     /// What its actions are.
-    pub of: ActionShape,
+    pub shape: ActionShape,
 }
 
 impl ChunkSettings {
@@ -227,14 +227,14 @@ impl ChunkSettings {
 
     /// Returns the time that the actions of a chunk are meant for.
     pub fn duration(&self) -> Duration {
-        self.of.period * self.horizon.get() as u32
+        self.shape.period * self.horizon.get() as u32
     }
 
     /// Reads the settings in `setup`, of a robot with such actions; `None` for a policy without chunks.
     ///
     /// # Errors
     /// [`ChunkError`] for an invalid value.
-    pub fn from_setup(setup: &Setup, of: ActionShape) -> Result<Option<Self>, ChunkError> {
+    pub fn from_setup(setup: &Setup, shape: ActionShape) -> Result<Option<Self>, ChunkError> {
         let horizon = setup.parameter(POLICY, Self::CHUNK).map(Horizon::parse);
         let Some(horizon) = horizon.transpose()?.flatten() else {
             return Ok(None);
@@ -249,7 +249,7 @@ impl ChunkSettings {
                 Some(share) => refill(share)?,
                 None => None,
             },
-            of,
+            shape,
         }))
     }
 }

@@ -43,7 +43,7 @@ impl ChunkTimes {
         };
         let interval_s = setup
             .rate(POLICY)
-            .map_or(settings.of.period.as_secs_f64(), |hz| 1.0 / hz.get());
+            .map_or(settings.shape.period.as_secs_f64(), |hz| 1.0 / hz.get());
         let most = cost(USUAL);
         let periods = (most.as_secs_f64() / interval_s).ceil().max(1.0);
         let period = match settings.refill {
@@ -51,7 +51,7 @@ impl ChunkTimes {
             Some(share) => settings
                 .duration()
                 .mul_f64(1.0 - share)
-                .max(settings.of.period),
+                .max(settings.shape.period),
             None => Duration::from_secs_f64(interval_s * periods),
         };
         Self {
@@ -108,7 +108,7 @@ fn too_short(settings: &ChunkSettings, times: &ChunkTimes) -> Option<String> {
     let missing = needed
         .checked_sub(lasts)
         .filter(|missing| !missing.is_zero())?;
-    let enough = needed.as_nanos().div_ceil(settings.of.period.as_nanos());
+    let enough = needed.as_nanos().div_ceil(settings.shape.period.as_nanos());
     Some(format!(
         "a chunk lasts {} ms, and the next one comes after up to {} ms (period {}, cost {}, links \
          {}): the player stalls for up to {} ms; --chunk {enough} lasts",
@@ -141,11 +141,11 @@ fn unexpected(settings: &ChunkSettings, times: &ChunkTimes) -> Option<String> {
     let off = expected.abs_diff(delay);
     // A margin covers what the policy cannot know, such as the wait for the player.
     let margin = if expected > delay {
-        2 * settings.of.period
+        2 * settings.shape.period
     } else {
         Duration::ZERO
     };
-    (off >= settings.of.period + margin).then(|| {
+    (off >= settings.shape.period + margin).then(|| {
         format!(
             "the policy expects a delay of {} ms, and its answer takes {} ms (cost {}, link {}): \
              its plans are {} ms off; --expect-delay {remedy} fits",

@@ -10,21 +10,13 @@ pub struct BagReading {
     pub what: String,
     /// The keys of the graph file that say so, for `--with`.
     pub with: Vec<String>,
-}
-
-impl BagReading {
-    /// Returns whether nodes at a new rate have another phase in it.
-    pub fn is_phase(&self) -> bool {
-        self.what.starts_with(LATER)
-    }
+    /// Whether nodes at a new rate have another phase in it.
+    pub is_phase: bool,
 }
 
 /// The parts of a period by which nodes at a new rate are shifted. Two rates that lock repeat their
 /// phases after a part of a period: these are apart in the first six such parts, too.
 const PHASES: [f64; 4] = [0.17, 0.28, 0.38, 0.74];
-
-/// What the words of a reading with another phase begin with.
-const LATER: &str = "the phase is ";
 
 /// A queue that no bag has shown to be full.
 const LONG: u32 = 10;
@@ -37,6 +29,7 @@ pub fn readings(before: &str, now: &str) -> Vec<BagReading> {
         others(node).map(move |keys| BagReading {
             what: format!("{name} {}", OtherKind::from_keys(keys).words()),
             with: vec![format!("node.{name:?} = {{ {keys} }}")],
+            is_phase: false,
         })
     });
     let mut all: Vec<BagReading> = others.collect();
@@ -55,8 +48,9 @@ pub fn readings(before: &str, now: &str) -> Vec<BagReading> {
             format!("node.{name:?}.offset = {:.6}", offset + part * period)
         };
         BagReading {
-            what: format!("{LATER}{part} periods later"),
+            what: format!("the phase is {part} periods later"),
             with: moved.iter().map(offset).collect(),
+            is_phase: true,
         }
     }));
     let queues = nodes(&now).filter(|(name, node)| {
@@ -73,6 +67,7 @@ pub fn readings(before: &str, now: &str) -> Vec<BagReading> {
     all.extend((!with.is_empty()).then(|| BagReading {
         what: format!("queues keep {LONG} messages"),
         with,
+        is_phase: false,
     }));
     all
 }
